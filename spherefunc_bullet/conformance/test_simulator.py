@@ -228,8 +228,8 @@ def test_option_of_another_backend_is_refused(simulator: Simulator):
 
 
 def test_provenance_says_what_produced_the_result(simulator: Simulator):
-    result = dropped(simulator.name, "mug", 1)
-    expected = provenance_of(simulator, DropSettings(radius=radius_of("mug")), 1)
+    result = dropped(simulator.name, "plate", 1)
+    expected = provenance_of(simulator, DropSettings(radius=radius_of("plate")), 1)
     assert expected.items() <= json.loads(json.dumps(result.provenance)).items()
 
 

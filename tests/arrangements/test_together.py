@@ -214,11 +214,10 @@ def test_a_mug_on_a_table_stays_a_mug_and_the_table_a_table():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading_deg", [17.0, 45.0])
-def test_no_heading_takes_a_table_its_function(heading_deg):
+def test_no_heading_takes_a_table_its_function():
     """Nor does the frame in which its file has it: spheres fall on its top, not on a box around its corners."""
-    own = cloud_of(slab_on_posts(*TOP, HEIGHT).apply_transform(rotation_about_z(heading_deg)), "table")
-    for placement in (Placement(), Placement(heading_deg=-heading_deg)):
+    own = cloud_of(slab_on_posts(*TOP, HEIGHT).apply_transform(rotation_about_z(45.0)), "table")
+    for placement in (Placement(), Placement(heading_deg=-28.0)):
         found = sf.together([(own, placement), (household("mug_01"), Placement(x=0.1, y=0.2))])
         assert found.objects[0].lost == () and found.objects[0].alone["table"].member
         assert 0.92 * math.prod(TOP) < found.objects[0].level.alone < 1.01 * math.prod(TOP)

@@ -113,13 +113,15 @@ def test_second_call_does_nothing_again(data, copy):
 def test_kill_9_changes_nothing(tmp_path):
     """At random moments, of the batch alone or of all its processes: the same rows and arrays as undisturbed.
 
+    The seed draws each of both while it starts, and soon after a result.
+
     Two hundred times by hand: ``python tests/support/batch_runs.py``.
     """
-    data, cache = small_objects(tmp_path / "data", 30), tmp_path / "cache"
+    data, cache = small_objects(tmp_path / "data", 20), tmp_path / "cache"
     batch_runs.start_batch(data, tmp_path / "undisturbed", cache).wait()
     expected = rows(tmp_path / "undisturbed"), arrays(tmp_path / "undisturbed")
-    assert len(expected[0]) == 60 and len(expected[1]) == 58
-    for run in batch_runs.disturbed(data, tmp_path, cache, kills=5):
+    assert len(expected[0]) == 40 and len(expected[1]) == 38
+    for run in batch_runs.disturbed(data, tmp_path, cache, kills=4, seed=2):
         assert (rows(run), arrays(run)) == expected and scraps(run) == []
 
 

@@ -29,7 +29,7 @@ from spherefunc_bullet.settling.dropping import Dropping
 pytestmark = pytest.mark.slow
 
 RADII = (0.01, 0.02)
-OBJECTS = 24
+OBJECTS = 16
 DASK = Path(sys.executable).with_name("dask")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -34,6 +35,26 @@ def run(x):
     "bystander": "def nothing():\n    return 0\n",
 }
 RUN = "from kernels.outer import run; print(run(1), *run.stats.cache_hits.values())"
+# Reads what to run, with which variables of the environment, a line each, and runs it in a copy of itself that has
+# loaded numba and none of the kernels: a new process, but for the second that numba takes.
+NEW_PROCESSES = """
+import json, os, sys
+from numba.core import config
+from spherefunc_bullet.processes.compilation import njit
+
+njit(lambda x: x + 1)(1)  # as one that has compiled something
+for line in sys.stdin:
+    code, variables = json.loads(line)
+    copy = os.fork()
+    if not copy:
+        os.environ.update(variables)
+        config.reload_config()
+        exec(code, {})
+        sys.stdout.flush()
+        os._exit(0)
+    os.waitpid(copy, 0)
+    print(flush=True)
+"""
 
 
 @pytest.fixture
@@ -46,19 +67,26 @@ def kernels(tmp_path):
     folder.mkdir()
     for name, text in FILES.items():
         (folder / f"{name}.py").write_text(text)
+    path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
+    processes = subprocess.Popen(
+        [sys.executable, "-B", "-c", NEW_PROCESSES],
+        env=os.environ | {"PYTHONPATH": path},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
 
-    def run(name="__init__", old="", new="") -> tuple[float, bool]:
+    def run(name="__init__", old="", new="", code=RUN, **variables) -> tuple[float | bool, ...]:
         file = folder / f"{name}.py"
         file.write_text(file.read_text().replace(old, new) if old else file.read_text())
-        path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
-        done = subprocess.run(
-            [sys.executable, "-B", "-c", RUN], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
-        )
-        assert done.returncode == 0, done.stderr
-        value, *hits = done.stdout.split()
+        print(json.dumps([code, variables]), file=processes.stdin, flush=True)
+        value, *hits = processes.stdout.readline().split()  # nothing where it failed, and stderr says why
+        processes.stdout.readline()
         return float(value), bool(hits)
 
-    return run
+    with processes:
+        yield run
+        processes.stdin.close()
 
 
 CHANGES = (  # one after the other, with the value that they make together and whether the code is found
@@ -81,11 +109,9 @@ def test_only_what_decides_it_makes_code_anew_and_older_code_is_removed(kernels,
         assert len(after) == 1 and (after == before) == found
 
 
-def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path, monkeypatch):
+def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path):
     kernels()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
-    assert kernels() == (5, False)
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert kernels(NUMBA_CACHE_DIR=str(tmp_path / "elsewhere")) == (5, False)
     assert kernels() == (5, True)
 
 
@@ -114,13 +140,8 @@ def test_kept_kernels_are_loaded_without_the_compiler():
     assert said[1].stdout.split() == ["False"]
 
 
-def test_what_was_not_kept_is_compiled(kernels, tmp_path):
+def test_what_was_not_kept_is_compiled(kernels):
     """For numbers of another kind, though code for the first kind was loaded."""
     kernels()
-    asking = "from .outer import run\nprint(run(1), run(1.5), len(run.signatures))\n"
-    (tmp_path / "kernels" / "asked.py").write_text(asking)
-    path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
-    done = subprocess.run(
-        [sys.executable, "-m", "kernels.asked"], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
-    )
-    assert done.stdout.split() == ["5", "6.0", "2"], done.stderr
+    asking = "from kernels.outer import run; print(run(1) + run(1.5), *[1] * (len(run.signatures) == 2))"
+    assert kernels(code=asking) == (11, True)

@@ -1,4 +1,4 @@
-"""The Bullet backend behind the commands, in processes as a user starts them."""
+"""The Bullet backend behind the commands, in processes as a user starts them where that is what is looked at."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from commands import spherefunc
+
+from spherefunc_bullet.learning import function_classifier
 
 pytestmark = pytest.mark.slow
 
@@ -76,7 +79,7 @@ def test_one_file_that_no_shape_can_be_made_of_costs_that_file(folder):
 
 
 @needs_engine
-def test_evaluate_takes_the_backend(folder):
+def test_evaluate_takes_the_backend(folder, monkeypatch):
     rows = ["file,label"]
     for i in range(4):
         for label, name in (("cup", "tray"), ("none", "block")):
@@ -85,8 +88,10 @@ def test_evaluate_takes_the_backend(folder):
             mesh.export(folder / f"{name}_{i}.ply")
             rows.append(f"{name}_{i}.ply,{label}")
     (folder / "manifest.csv").write_text("\n".join(rows))
-    arguments = ["--backend", "bullet", "--radii", "2cm", "--trials", "2", "--train-sizes", "half", "--json"]
-    done = run("evaluate", folder, *arguments, cwd=folder)
+    arguments = ["--backend", "bullet", "--radii", "2cm", "--trials", "1", "--train-sizes", "half", "--json"]
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(folder / "cache"))
+    monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
+    done = spherefunc("evaluate", folder, *arguments)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["backend"] == "bullet" and "cup" in found["results"][0]["functions"]

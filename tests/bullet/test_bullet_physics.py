@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import catalogues
 import clouds
 import numpy as np
 import pytest
@@ -302,9 +303,7 @@ def test_tube_holds_what_spheres_laid_down_one_by_one_fill():
 @cache
 def household() -> dict:
     """Return the meshes of the household catalogue by name."""
-    from spherefunc_bullet.scenes.household.household import household_objects
-
-    return {each.name: each.mesh for each in household_objects()}
+    return {each.name: each.mesh for each in catalogues.household()}
 
 
 @cache

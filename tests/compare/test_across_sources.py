@@ -8,6 +8,7 @@ from unittest import mock
 
 import pytest
 import typer
+from catalogues import household
 from commands import ended, spherefunc
 
 from spherefunc_bullet.compare.evaluation.robustness import exam
@@ -15,7 +16,6 @@ from spherefunc_bullet.compare.evaluation.robustness.across_sources import main
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.learning import function_classifier
-from spherefunc_bullet.scenes.household.household import household_objects
 
 LABELS = {"cup": 6, "table": 6, "none": 6}  # objects of each
 FEW = 20  # trees
@@ -25,7 +25,7 @@ FEW = 20  # trees
 def data(tmp_path_factory) -> Path:
     """Objects of three people, whose licence is stated."""
     folder, rows, left = tmp_path_factory.mktemp("data"), [], dict(LABELS)
-    for item in household_objects():
+    for item in household():
         if left.get(item.label, 0):
             left[item.label] -= 1
             write_bytes(folder / f"{item.name}.ply", item.mesh.export(file_type="ply", encoding="binary"))

@@ -169,7 +169,7 @@ def written(tmp_path_factory) -> Path:
     (folder / "manifest.csv").write_text("\n".join(rows))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SPHEREFUNC_CACHE", str(home / "cache"))
-        compare(str(folder), radii=["2cm,3cm"], trials=3, methods="cubes", repeated=3, jobs=1, report=home / "out")
+        compare(str(folder), radii=["2cm,3cm"], trials=3, methods="cubes", repeated=2, jobs=1, report=home / "out")
     return home / "out"
 
 
@@ -193,12 +193,12 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
 def test_a_browser_opens_it_without_errors(written, tmp_path, width):
     drawn = draw(written / "report.html", tmp_path, shows_spheres, size=(width, 7000), budget=2500)
     assert not drawn.console, drawn.console
-    inked = drawn.pixels.min(axis=-1) < 200
-    assert not inked[:, -8:].any(), "something runs out of the window on the right"
+    inked = drawn.pixels[:, -8:].min(axis=-1) < 200
+    assert not inked.any(), "something runs out of the window on the right"
     assert shows_spheres(drawn.pixels)
 
 
 def shows_spheres(pixels: np.ndarray) -> bool:
     """Return whether pixels (H, W, 3) are coloured below their first fifth, where the charts are."""
-    coloured = pixels.max(axis=-1) - pixels.min(axis=-1) > 60
-    return coloured[len(coloured) // 5 :].sum() > 2000
+    below = pixels[len(pixels) // 5 :: 2, ::2]  # every fourth pixel tells
+    return (below.max(axis=-1) - below.min(axis=-1) > 60).sum() > 500

@@ -6,14 +6,11 @@ from collections import Counter
 
 import numpy as np
 from catalogue_checks import flaws, identical, odd_sizes, pieces_that_touch, unchanged
+from catalogues import household, labelled
 
 from spherefunc_bullet.datasets.catalogue import write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.scenes.household.household import household_objects
-
-OBJECTS = household_objects()
-LABELS = ("cup", "table", "sittable", "none")
-BY_LABEL = {label: [item for item in OBJECTS if item.label == label] for label in LABELS}
 
 # Height and larger horizontal side in metres. The bounds are those of objects in shops, not of this catalogue:
 # a shot glass is 5 cm high, a weizen glass 25 cm; a child's chair 60 cm, an office chair with headrest 1.4 m.
@@ -44,44 +41,44 @@ def upward(mesh) -> np.ndarray:
 
 
 def test_proportions_of_the_paper():
-    assert Counter(item.label for item in OBJECTS) == {"sittable": 40, "table": 40, "cup": 30, "none": 90}
+    assert Counter(item.label for item in household()) == {"sittable": 40, "table": 40, "cup": 30, "none": 90}
 
 
 def test_what_the_paper_names_is_there_and_labelled_as_it_does():
     """§IV-A counts bowls among drinking vessels; §IV-B calls counters, as an island is, confused for tables."""
-    labels = {item.category: item.label for item in OBJECTS}
+    labels = {item.category: item.label for item in household()}
     assert {labels[name] for name in labels if name.endswith("_bowl")} == {"cup"}
     others = ("kitchen_island", "counter", "oven", "vacuum", "desktop_computer", "microwave", "bathtub", "book", "shoe")
     assert {labels[name] for name in others} == {"none"}
 
 
 def test_names_are_unique_and_others_are_varied():
-    assert len({item.name for item in OBJECTS}) == 200
-    assert len({item.category for item in BY_LABEL["none"]}) >= 70
+    assert len({item.name for item in household()}) == 200
+    assert len({item.category for item in labelled(household(), "none")}) >= 70
 
 
 def test_objects_are_sound():
-    assert flaws(OBJECTS) == {}
+    assert flaws(household()) == {}
 
 
 def test_sizes_are_plausible():
-    assert odd_sizes(OBJECTS, SIZES) == {}
+    assert odd_sizes(household(), SIZES) == {}
 
 
 def test_no_part_floats():
     """The bounding boxes of the parts touch one another, within 2 mm, in one connected whole."""
-    assert [item.name for item in OBJECTS if pieces_that_touch(item.mesh)[0] != 1] == []
+    assert [item.name for item in household() if pieces_that_touch(item.mesh)[0] != 1] == []
 
 
 def test_another_seed_makes_other_objects_as_sound():
     others = household_objects(12345)
-    assert unchanged(others, OBJECTS) == []
+    assert unchanged(others, household()) == []
     assert flaws(others) == {} and odd_sizes(others, SIZES) == {}
 
 
 def test_cups_are_hollow_and_open():
     """A line down the middle meets nothing above the floor, 3 cm and a quarter of the height down."""
-    for item in BY_LABEL["cup"]:
+    for item in labelled(household(), "cup"):
         height = item.mesh.extents[2]
         floor = hits(item.mesh, 0.0013, 0.0007).max()  # off the middle, where the edges of the floor's fan meet
         assert height - floor > max(0.03, 0.25 * height), item.name
@@ -89,7 +86,7 @@ def test_cups_are_hollow_and_open():
 
 def test_table_tops_are_flat_and_on_top():
     """A third of the footprint or more is level, faces up and is highest (a corner desk has half)."""
-    for item in BY_LABEL["table"]:
+    for item in labelled(household(), "table"):
         mesh = item.mesh
         on_top = mesh.triangles[:, :, 2].min(axis=1) > mesh.bounds[1, 2] - 0.001
         width, depth, _ = mesh.extents
@@ -98,7 +95,7 @@ def test_table_tops_are_flat_and_on_top():
 
 def test_seats_are_at_a_height_to_sit_on():
     """Surfaces within 30 degrees of level between 0.25 and 0.85 m have room for one: 20 cm by 20 cm."""
-    for item in BY_LABEL["sittable"]:
+    for item in labelled(household(), "sittable"):
         mesh = item.mesh
         middle = mesh.triangles_center[:, 2]
         seat = (mesh.face_normals[:, 2] > np.cos(np.radians(30))) & (middle > 0.25) & (middle < 0.85)
@@ -106,11 +103,11 @@ def test_seats_are_at_a_height_to_sit_on():
 
 
 def test_same_seed_gives_the_same_meshes_bit_for_bit():
-    assert identical(household_objects(0), OBJECTS)
+    assert identical(household_objects(0), household())
 
 
 def test_written_catalogue_reads_back(tmp_path):
-    some = OBJECTS[::25]
+    some = household()[::25]
     manifest = write_catalogue(some, tmp_path / "set", "household")
     objects = open_dataset(tmp_path / "set").objects
     assert manifest.name == "manifest.csv" and len(objects) == len(some)

@@ -9,6 +9,7 @@ import clouds
 import numpy as np
 import pytest
 import trimesh
+from catalogues import household
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
 from spherefunc_bullet.clouds.outline import convex_outline
@@ -19,7 +20,6 @@ from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
 from spherefunc_bullet.datasets.dataset import DatasetObject, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
 from spherefunc_bullet.learning.profiles.columns import objects_on_table
-from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, places_to_sit
@@ -35,7 +35,7 @@ DROPS = RunLimit(drops=200)
 def specimens() -> dict[str, Specimen]:
     """Return a mug, a chair and a table of the catalogue."""
     wanted = {"mug": "cup", "dining_chair": "sittable", "dining_table": "table"}
-    found = {item.category: item for item in reversed(household_objects(0)) if item.category in wanted}
+    found = {item.category: item for item in reversed(household()) if item.category in wanted}
     return {
         label: Specimen(cloud_from_mesh(found[kind].mesh.vertices, found[kind].mesh.faces, kind), label)
         for kind, label in wanted.items()

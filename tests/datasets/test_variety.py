@@ -7,14 +7,11 @@ from collections import Counter
 import numpy as np
 import pytest
 from catalogue_checks import flaws, identical, odd_sizes, pieces_that_touch, unchanged
+from catalogues import household, labelled, variety
 
 from spherefunc_bullet.datasets.dataset import open_dataset
-from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.household.parts.legs import stretched
 from spherefunc_bullet.scenes.variety.variety import variety_objects
-
-OBJECTS = variety_objects()
-BY_LABEL = {label: [item for item in OBJECTS if item.label == label] for label in ("cup", "table", "sittable", "none")}
 
 # Height and larger horizontal side in metres, of objects in shops: a swing's frame is 2.2 m high, a floor chair's back
 # 40 cm, a child's stool 18 cm; a picnic table with its benches is 2.2 m wide.
@@ -36,7 +33,7 @@ def level_area(mesh, low: float, high: float, steepest_deg: float) -> np.ndarray
 
 def test_each_function_has_many_families_and_what_was_missing_is_there():
     """Furniture that the models had missed on other sources, and what they had taken for furniture."""
-    families = {label: {item.category for item in items} for label, items in BY_LABEL.items()}
+    families = {label: {item.category for item in labelled(variety(), label)} for label in SIZES}
     assert {"rimmed_table", "tray_stand", "slatted_table", "glass_table", "picnic_bench_table"} <= families["table"]
     assert {"floor_chair", "swing", "pouf", "bean_bag", "tub_seat", "toilet", "bar_chair"} <= families["sittable"]
     assert {"aquarium", "espresso_machine", "crib", "pool", "bird_bath", "necked_vessel"} <= families["none"]
@@ -44,16 +41,16 @@ def test_each_function_has_many_families_and_what_was_missing_is_there():
 
 
 def test_names_are_unique_also_beside_household():
-    names = Counter(item.name for item in [*OBJECTS, *household_objects()])
+    names = Counter(item.name for item in [*variety(), *household()])
     assert max(names.values()) == 1
 
 
 def test_objects_are_sound():
-    assert flaws(OBJECTS) == {}
+    assert flaws(variety()) == {}
 
 
 def test_sizes_are_plausible():
-    assert odd_sizes(OBJECTS, SIZES) == {}
+    assert odd_sizes(variety(), SIZES) == {}
 
 
 def floating(objects) -> list[str]:
@@ -68,12 +65,12 @@ def floating(objects) -> list[str]:
 
 
 def test_nothing_floats():
-    assert floating(OBJECTS) == []
+    assert floating(variety()) == []
 
 
 def test_cups_are_hollow_and_open():
     """A line down the middle of its rim meets nothing above the floor, 2.5 cm and a quarter of the height down."""
-    for item in BY_LABEL["cup"]:
+    for item in labelled(variety(), "cup"):
         mesh = item.mesh
         height = mesh.extents[2]
         rim = mesh.vertices[mesh.vertices[:, 2] > 0.97 * height]
@@ -85,14 +82,14 @@ def test_cups_are_hollow_and_open():
 
 def test_tables_have_one_level_to_put_things_on():
     """Within two centimetres of one height lie at least as much level surface as a tray has, at a table's height."""
-    for item in BY_LABEL["table"]:
+    for item in labelled(variety(), "table"):
         area = level_area(item.mesh, 0.2, 1.2, steepest_deg=5)
         assert (area[:-1] + area[1:]).max() > 0.05, item.name
 
 
 def test_seats_have_room_for_one():
     """Surfaces within 30 degrees of level below 0.85 m have room for one: 20 by 20 cm, a swing's board 15 by 36."""
-    for item in BY_LABEL["sittable"]:
+    for item in labelled(variety(), "sittable"):
         if item.category != "wire_chair":  # whose seat is a net
             assert level_area(item.mesh, 0.0, 0.85, steepest_deg=30).sum() > 0.04, item.name
 
@@ -100,18 +97,18 @@ def test_seats_have_room_for_one():
 @pytest.mark.parametrize("seed", [1, 3, 12345])
 def test_another_seed_makes_other_objects_as_sound(seed):
     others = variety_objects(seed)
-    assert unchanged(others, OBJECTS) == []
+    assert unchanged(others, variety()) == []
     assert flaws(others) == {} and odd_sizes(others, SIZES) == {} and floating(others) == []
 
 
 def test_same_seed_gives_the_same_meshes_bit_for_bit():
-    assert identical(variety_objects(0), OBJECTS)
+    assert identical(variety_objects(0), variety())
 
 
 def test_stretching_leaves_objects_closed_and_on_the_ground():
-    for item in stretched(OBJECTS[::9], 0.15, seed=4):
+    for item in stretched(variety()[::9], 0.15, seed=4):
         assert item.mesh.is_watertight == item.watertight and abs(item.mesh.bounds[0, 2]) < 1e-9
 
 
 def test_it_is_a_catalogue_by_name():
-    assert len(open_dataset("variety").objects) == len(OBJECTS)
+    assert len(open_dataset("variety").objects) == len(variety())

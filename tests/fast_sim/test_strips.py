@@ -42,8 +42,7 @@ def centers_of(run: DropRun) -> np.ndarray:
 @pytest.mark.parametrize(
     "limits", [{}, {"max_spheres": 5000}, {"max_drops": 6000}, {"miss_limit": 12}], ids=["none", *"SDM"]
 )
-@pytest.mark.parametrize("seed", [4, 5])
-def test_the_bits_do_not_depend_on_the_cores(seed, limits):
+def test_the_bits_do_not_depend_on_the_cores(limits, seed=4):
     settings = DropSettings(radius=RADIUS, **limits)
     one, two = (make_simulator("fast", cores=cores).drop(clouds.chair(), settings, seed) for cores in (1, 2))
     for name in ("centers", "on_object", "columns", "outcomes"):

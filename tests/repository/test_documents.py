@@ -22,12 +22,12 @@ import numpy as np
 import pytest
 import room_shapes
 import trimesh
+from catalogues import household
 from checkout import ROOT
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.viewer.pictures import View
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -51,11 +51,14 @@ SLOW = re.compile(
 FEW = "few"  # in place of DATA for benches of shapes
 
 FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds of their fall
-    ("spherefunc_bullet.learning.function_classifier", "TREES", 20),
+    ("spherefunc_bullet.learning.function_classifier", "TREES", 8),
+    ("spherefunc_bullet.compare.evaluation.features", "MANY", 10**6),  # other processes take longer to start
+    ("spherefunc_bullet.compare.evaluation.readings", "WORTH_CORES", 10**6),
     ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", View(size=(90, 75))),
     ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
     ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
-    ("spherefunc_bullet.shapes.spheres", "SPHERES", 40),
+    ("spherefunc_bullet.shapes.spheres", "SPHERES", 20),
+    ("spherefunc_bullet.shapes.spaces", "CELLS", 60),
     ("spherefunc_bullet.shapes.compared", "SCALES", (2.0,)),
     ("written_shapes", "SIDE", 5),
     ("written_shapes", "SECONDS", 0.3),
@@ -69,7 +72,7 @@ URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="m
 def files(tmp_path_factory) -> Path:
     """Return a folder with what the pages name, small."""
     folder = tmp_path_factory.mktemp("documents")
-    known = {item.name: item for item in household_objects()}
+    known = {item.name: item for item in household()}
     for name, of in MODELS.items():
         known[of].mesh.export(folder / name)
     plain_cup(16).export(folder / "mug.obj")
@@ -111,7 +114,7 @@ def write_cup(folder: Path):
     (folder / "manifest.csv").write_text("file,label,group\ncup.ply,cup,a\n")
 
 
-def write_data(folder: Path, objects: list, each: int = 4):
+def write_data(folder: Path, objects: list, each: int = 3):
     """Write a small data set: so many small objects of each label."""
     folder.mkdir()
     rows = ["file,label,group"]
@@ -200,4 +203,4 @@ def test_code_blocks_run_as_they_stand(page, files, monkeypatch):
 
 def test_the_gallery_names_objects_of_the_catalogue():
     named = set(re.findall(r"\b(\w+_\d\d)\.ply", (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")))
-    assert named and named <= {item.name for item in household_objects()}
+    assert named and named <= {item.name for item in household()}

@@ -181,7 +181,7 @@ def test_the_wheel_is_typed_for_its_users(wheel, tmp_path):
     zipfile.ZipFile(wheel).extractall(next(home.glob("lib/python*/site-packages")))
     (tmp_path / "use.py").write_text("import spherefunc_bullet as sf\nreveal_type(sf.load_cloud)\n")
     command = [sys.executable, "-m", "mypy", "--python-executable", home / "bin" / "python"]
-    command += ["--follow-imports=silent", "--ignore-missing-imports", "use.py"]
+    command += ["--follow-imports=silent", "--ignore-missing-imports", "--cache-dir", os.devnull, "use.py"]
     assert "-> spherefunc_bullet.clouds.cloud.Cloud" in output(command, tmp_path)
 
 

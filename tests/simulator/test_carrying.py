@@ -57,7 +57,7 @@ def leaves_at(simulator, cloud: Cloud, theory: float, haste: float = 0.1) -> boo
     return simulator.carry(cloud, settings, 0).kept == (1, 0)
 
 
-@pytest.mark.parametrize("rim", [0.3, 0.5, 0.8])
+@pytest.mark.parametrize("rim", [0.3, 0.8])
 def test_a_sphere_leaves_a_ring_when_its_weight_acts_beyond_the_rim(simulator, rim):
     """It leans on the rim at a height of h; it goes over when the angle is that whose cosine is 1 - h / r."""
     theory = np.degrees(np.arccos(1 - rim))
@@ -70,7 +70,7 @@ def test_a_sphere_leaves_a_straight_tube_beyond_a_right_angle(simulator):
     assert leaves_at(simulator, pan(0.03, 0.03, 0.06), 90)
 
 
-@pytest.mark.parametrize("slope", [30.0, 45.0, 60.0])
+@pytest.mark.parametrize("slope", [30.0, 60.0])
 def test_a_sphere_leaves_a_cone_when_its_wall_is_level(simulator, slope):
     """A wall that rises by an angle is level at that angle."""
     length = 0.06
@@ -78,8 +78,8 @@ def test_a_sphere_leaves_a_cone_when_its_wall_is_level(simulator, slope):
     assert leaves_at(simulator, cone, slope)
 
 
-# From 2 mm to a quarter of the opening: 300 of the smaller spheres fill a part of it, the others all of it.
-@pytest.mark.parametrize(("radius", "haste"), [(0.002, 1.0), (0.005, 1.0), (0.015, 0.1)])
+# 2 mm, and a quarter of the opening: 300 of the smaller spheres fill a part of it, the others all of it.
+@pytest.mark.parametrize(("radius", "haste"), [(0.002, 1.0), (0.015, 0.1)])
 def test_a_tube_twice_as_deep_as_wide_keeps_what_is_in_it(simulator, radius, haste):
     """Spheres that went through the wall or the floor were missing; over the rim hardly one can go at 45 degrees."""
     tube = pan(0.03, 0.03, 0.12)
@@ -124,15 +124,14 @@ def test_who_tilts_it_more_slowly_keeps_as_much(simulator, low, high, height, an
     """A plate and a cup, each where it loses a part: with a quarter of the haste. Two spheres in twenty may differ."""
     still = {"angles_deg": (angle,), "shake": 0.0, "frequency": 30.0}  # not shaken afterwards, which takes as long
     settings = [CarrySettings(haste=haste, **still) for haste in (1.0, 0.25)]
-    quick, slow = (
-        np.mean([simulator.carry(pan(low, high, height), one, seed).kept[0] for seed in (0, 1)]) for one in settings
-    )
+    quick, slow = (simulator.carry(pan(low, high, height), one, 0).kept[0] for one in settings)
     assert abs(quick - slow) <= 0.12
 
 
 def test_a_vessel_is_filled_to_what_it_holds(simulator):
     vessel = pan(0.03, 0.035, 0.06)
-    quick = {"radius": 0.006, "angles_deg": (1.0,), "haste": 2.0, "frequency": 30.0}  # only its filling is looked at
+    # Only its filling is looked at.
+    quick = {"radius": 0.006, "angles_deg": (1.0,), "haste": 2.0, "shake": 0.0, "frequency": 30.0}
     filled = {fill: simulator.carry(vessel, CarrySettings(fill=fill, **quick), 0).filled for fill in (0.5, 0.9, 1.0)}
     whole = np.pi * 0.0325**2 * 0.06 / (4 / 3 * np.pi * 0.006**3)  # spheres of its volume, were there no gaps
     assert 0.45 < filled[1.0] / whole < 0.64  # loosely packed, and as tightly as spheres can be at random
@@ -164,14 +163,14 @@ def test_a_hole_shows_at_its_height(simulator, height):
 
 def test_a_vessel_keeps_what_a_plate_loses(simulator):
     vessel, plate = pan(0.03, 0.035, 0.09), pan(0.08, 0.1, 0.012)
-    settings = CarrySettings(radius=0.006, spheres=60)
+    settings = CarrySettings(radius=0.006, spheres=60, haste=2.0)
     kept = [simulator.carry(cloud, settings, 0).kept for cloud in (vessel, plate)]
     assert kept[0][-1] > 0.9 and kept[1][-1] < 0.1
     assert all(list(curve) == sorted(curve, reverse=True) for curve in kept)
 
 
 def test_same_seed_gives_the_same_bits(simulator):
-    vessel, settings = pan(0.03, 0.035, 0.05), CarrySettings(radius=0.006, spheres=40)
+    vessel, settings = pan(0.03, 0.035, 0.05), CarrySettings(radius=0.006, spheres=40, angles_deg=(60.0,), haste=2.0)
     first, again = (simulator.carry(vessel, settings, 3) for _ in range(2))
     assert first.centers.tobytes() == again.centers.tobytes() and first.kept == again.kept
 
@@ -186,9 +185,8 @@ def test_hard_shaking_throws_out_what_gentle_shaking_leaves(simulator):
 
 
 def test_density_changes_the_weight_and_nothing_else(simulator):
-    vessel = pan(0.03, 0.035, 0.05)
-    light, heavy = (simulator.carry(vessel, CarrySettings(radius=0.006, spheres=20, density=density), 0)
-                    for density in (500.0, 1000.0))
+    vessel, quick = pan(0.03, 0.035, 0.05), {"radius": 0.006, "spheres": 20, "angles_deg": (60.0,), "haste": 2.0}
+    light, heavy = (simulator.carry(vessel, CarrySettings(density=density, **quick), 0) for density in (500.0, 1000.0))
     assert light.kept == heavy.kept and heavy.weight == pytest.approx(2 * light.weight)
 
 
@@ -200,7 +198,7 @@ def test_on_what_nothing_stays_nothing_is_kept(simulator):
 
 def test_a_cloud_alone_can_be_carried(simulator):
     points = pan(0.03, 0.035, 0.06).points
-    result = simulator.carry(cloud_from_points(points), CarrySettings(radius=0.006, spheres=30), 0)
+    result = simulator.carry(cloud_from_points(points), CarrySettings(radius=0.006, spheres=30, haste=2.0), 0)
     assert result.kept[-1] > 0.8
 
 

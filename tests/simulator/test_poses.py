@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from catalogues import household
 from mishaps import MishapPoser
 from scipy.spatial.transform import Rotation
 
@@ -275,9 +276,7 @@ def test_a_crash_costs_one_object_and_not_the_run(tmp_path):
 def test_classify_any_pose_tells_a_mug_that_lies(tmp_path):
     from typer.testing import CliRunner
 
-    from spherefunc_bullet.datasets.catalogue import make_catalogue
-
-    mug = next(item.mesh for item in make_catalogue("household") if item.name == "mug_01").copy()
+    mug = next(item.mesh for item in household() if item.name == "mug_01").copy()
     mug.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     mug.export(tmp_path / "mug.ply")
     runs = [CliRunner().invoke(application(), ["classify", str(tmp_path / "mug.ply"), "--json", *more])
@@ -288,11 +287,10 @@ def test_classify_any_pose_tells_a_mug_that_lies(tmp_path):
 
 
 def test_a_mug_lying_on_its_side_is_a_cup_turned_upright(tmp_path):
-    from spherefunc_bullet.datasets.catalogue import make_catalogue
     from spherefunc_bullet.learning.any_pose import best_poses, pose_functions
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
 
-    mug = next(item.mesh for item in make_catalogue("household") if item.name == "mug_01")
+    mug = next(item.mesh for item in household() if item.name == "mug_01")
     on_side = trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0])
     lying = mug.copy()
     lying.apply_transform(on_side)
