@@ -25,6 +25,7 @@ quick: tools  ## the tests that are not marked as slow
 
 lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .
+	@$(BIN)/ruff format -q --check .
 	@rm -rf build/installed && mkdir -p build/installed
 	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
 	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)

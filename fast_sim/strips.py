@@ -39,9 +39,7 @@ class Ends(NamedTuple):
 
 
 @entry_jit
-def drop_in_strip(
-    points, spheres, nearby, columns, order, radius, shape, low, high, spares, ends, outcomes, touching
-):
+def drop_in_strip(points, spheres, nearby, columns, order, radius, shape, low, high, spares, ends, outcomes, touching):
     """Drop a sphere down each of the columns (M, 2) that are listed in ``order``, and enter those that settle.
 
     Parameters

@@ -97,9 +97,7 @@ class PoolNumbers:
     )
     neck: float = number(0.12, "m", "what is narrower connects two surfaces, of which each has")
     part_area: float = number(0.10, "m2", "the least of such a part, and of what objects stand on")
-    table_area: float = number(
-        0.30, "m2", "from there on a surface of that height is no seat's"
-    )
+    table_area: float = number(0.30, "m2", "from there on a surface of that height is no seat's")
     table_height: float = number(0.60, "m", "from there on a surface of that area is no seat's")
     apart: float = number(0.05, "m", "between squares of one surface: one may lack")
     lowest: float = number(0.15, "m", "of surfaces that are not the floor")
@@ -141,8 +139,7 @@ class RecognitionNumbers:
     smallest_radii: tuple[tuple[float, float], ...] = number(
         ((1.0, 0.02), (0.5, 0.01)),
         "m",
-        "of spheres, by an object's largest side: small ones on large objects take seconds and tell "
-        "nothing more",
+        "of spheres, by an object's largest side: small ones on large objects take seconds and tell nothing more",
     )
     spacings: tuple[tuple[float, float], ...] = number(
         ((1.0, 0.008), (0.5, 0.005)), "m", "likewise, side of the voxels that are enough for such spheres"
@@ -151,8 +148,7 @@ class RecognitionNumbers:
     smooth_radius: float = number(
         0.02,
         "m",
-        "of the neighbourhood that is smoothed, half of a cup's; wider planes cut its bend; who is "
-        "near counts more",
+        "of the neighbourhood that is smoothed, half of a cup's; wider planes cut its bend; who is near counts more",
     )
     smooth_passes: int = number(2, "times", "that points are smoothed")
     lower_part: float = number(0.25, "of its height", "where a hull's sides and rim are looked for")

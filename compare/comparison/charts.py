@@ -167,6 +167,7 @@ def median_line(drops: np.ndarray, seconds: np.ndarray) -> tuple[list[float], li
 def svg(size: tuple[float, float], draw: Callable) -> str:
     """Return a drawing of a size in inches as SVG; letters as paths, since a reader's machine may lack the font."""
     import matplotlib
+
     with matplotlib.rc_context(STYLE | {"svg.fonttype": "path"}):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)

@@ -1,6 +1,6 @@
 """The paper's Fig. 1, settled spheres on a cup, a table, a chair and a sofa; and two backends side by side.
 
-    python -m spherefunc_bullet.compare.demo.gallery --out docs/images
+``python -m spherefunc_bullet.compare.demo.gallery --out docs/images`` draws them.
 """
 
 from __future__ import annotations

@@ -134,9 +134,7 @@ def evaluation_of(read: Reading, splits: Splits, said: Iterator[Trial]) -> Evalu
     )
 
 
-def trial_again(
-    distances: Distances, rows: Sequence[int], left_out: Trial, labels: Labels, method: Method
-) -> Trial:
+def trial_again(distances: Distances, rows: Sequence[int], left_out: Trial, labels: Labels, method: Method) -> Trial:
     """Return what is said of some objects (R,) by other spheres on them, each with itself left out, as it was at first.
 
     Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.

@@ -90,8 +90,7 @@ def print_results(
         print_json(about | {"results": results, "baselines": last_split["baselines"]} | more)
         return
     print_table(
-        f"{about['data']}, {about['objects']} objects, backend {about['backend']}, method {about['method']}; "
-        + FAIR,
+        f"{about['data']}, {about['objects']} objects, backend {about['backend']}, method {about['method']}; " + FAIR,
         ["protocol", "train", "function", "F", "spread", "F fair", "precision", "recall", "accuracy", "radius"],
         [row for result in results for row in result_rows(result)],
     )

@@ -44,17 +44,28 @@ class Measured:
         """Return what each backend did of a task, comparable over tasks."""
         if task == "poses":
             return [
-                Outcome(backend=name, measure="pose of use ranked first", value=one.first, asked=one.asked,
-                        seconds=one.seconds, right=one.right)
+                Outcome(
+                    backend=name,
+                    measure="pose of use ranked first",
+                    value=one.first,
+                    asked=one.asked,
+                    seconds=one.seconds,
+                    right=one.right,
+                )
                 for name, one in self.poses.items()
             ]
         measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
         measures["places"] = ("F of seats with a place to sit", self.places)
         words, scores = measures[task]
         return [
-            Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
-                    seconds=one.score.cpu_seconds,
-                    right={f"{each.name} {each.kind}": each.true == each.positive for each in one.verdicts})
+            Outcome(
+                backend=name,
+                measure=words,
+                value=one.score.f_measure,
+                asked=one.score.asked,
+                seconds=one.score.cpu_seconds,
+                right={f"{each.name} {each.kind}": each.true == each.positive for each in one.verdicts},
+            )
             for name, one in scores.items()
         ]
 

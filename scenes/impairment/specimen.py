@@ -83,9 +83,7 @@ class Impairment:
 
 def kinds(functions: tuple[str, ...], works: bool, **changes: Change) -> list[Impairment]:
     """Return kinds of change of objects with some functions, each under its name; see `Impairment`."""
-    return [
-        Impairment(kind=kind, functions=functions, works=works, change=change) for kind, change in changes.items()
-    ]
+    return [Impairment(kind=kind, functions=functions, works=works, change=change) for kind, change in changes.items()]
 
 
 def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Callable[[Callable[..., Any]], Change]:

@@ -108,9 +108,7 @@ def gaps_in_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> S
 
 
 @needs("level", useless=True)
-def tilted_seat(
-    specimen: Specimen, seat: Level, rng: np.random.Generator, degrees: float = TILT_DEG
-) -> Surface | None:
+def tilted_seat(specimen: Specimen, seat: Level, rng: np.random.Generator, degrees: float = TILT_DEG) -> Surface | None:
     """Let the seat slope away from the back, or any way where there is no back."""
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
     return tilted(specimen.surface, seat, anywhere if specimen.back is None else -specimen.back, degrees)

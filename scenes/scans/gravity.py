@@ -74,7 +74,7 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     tried = np.flatnonzero(leaning > np.cos(np.radians(SCAN.steepest_view_deg)))
     if not len(tried):
         return None
-    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:SCAN.tried]]
+    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[: SCAN.tried]]
     cosine = normals[largest] @ normals.T
     agreeing = ((cosine > np.cos(SCAN.aligned)) | (np.abs(cosine) < np.sin(SCAN.aligned))) @ patches.areas
     best = int(np.argmax(agreeing * (0.6 + 0.4 * leaning[largest])))

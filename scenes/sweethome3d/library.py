@@ -174,9 +174,7 @@ class _Library:
                 yield _entry(number, fields, properties.get("license", ""))
             except (KeyError, ValueError) as error:
                 self.broken += 1
-                report(
-                    f"{self.path.name}, object {number}: expected a name, a model and a size; got {error!r}"
-                )
+                report(f"{self.path.name}, object {number}: expected a name, a model and a size; got {error!r}")
 
     def _catalogue(self) -> bytes:
         with explaining(f"{self.path}: expected a Sweet Home 3D library with {CATALOGUE}", InputError, why="; "):
@@ -197,9 +195,7 @@ class _Library:
         except KeyError:
             raise InputError(f"{where}: expected in the archive, is missing") from None
         except Exception as error:  # zipfile and its codecs raise many kinds for damaged members
-            raise InputError(
-                f"{where}: expected a readable member, got {type(error).__name__}: {error}"
-            ) from error
+            raise InputError(f"{where}: expected a readable member, got {type(error).__name__}: {error}") from error
         if data is None or len(data) > limit:
             raise InputError(f"{where}: expected at most {limit / 2**20:.0f} MB unpacked, got more")
         self._left -= len(data)
@@ -210,9 +206,7 @@ class _Library:
         where = f"{self.path.name}: {entry.name} ({entry.model})"
         suffix = PurePosixPath(entry.model).suffix.lower()
         if suffix not in FORMATS:
-            raise InputError(
-                f"{where}: expected a model in {', '.join(FORMATS)}, got {suffix or 'no suffix'}"
-            )
+            raise InputError(f"{where}: expected a model in {', '.join(FORMATS)}, got {suffix or 'no suffix'}")
         return parse_model(self.read(entry.model), suffix[1:], where)
 
 
@@ -225,9 +219,7 @@ def parse_model(data: bytes, kind: str, where: str) -> trimesh.Trimesh:
         If it holds no triangles, or coordinates that are not finite.
     """
     try:
-        mesh = trimesh.load(
-            io.BytesIO(data), file_type=kind, force="mesh", process=False, skip_materials=True
-        )
+        mesh = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=False, skip_materials=True)
         mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     except Exception as error:  # the readers raise whatever a damaged file makes them trip over
         raise InputError(f"{where}: expected a model, got {type(error).__name__}: {error}") from error

@@ -93,9 +93,7 @@ def seat_chair(contents: Contents, occupancy: Occupancy, seating: Seating, own: 
     return T_room_object is not None
 
 
-def pushed(
-    chair: PlacedObject, seating: Seating, occupancy: Occupancy, rng: np.random.Generator
-) -> np.ndarray | None:
+def pushed(chair: PlacedObject, seating: Seating, occupancy: Occupancy, rng: np.random.Generator) -> np.ndarray | None:
     """Return where a chair (4, 4) comes to stand when it is pushed to a place; None if there is no room beside it."""
     front, inward = front_of(chair.cloud.points, rng), -seating.outward
     angle = np.arctan2(inward[1], inward[0]) - np.arctan2(front[1], front[0])

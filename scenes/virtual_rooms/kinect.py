@@ -130,9 +130,7 @@ def depth_noise(depth: np.ndarray) -> np.ndarray:
     return 0.0012 + 0.0019 * (np.asarray(depth) - 0.4) ** 2
 
 
-def photograph(
-    surfaces: Surfaces, T_room_camera: np.ndarray, kinect: Kinect, rng: np.random.Generator
-) -> DepthImage:
+def photograph(surfaces: Surfaces, T_room_camera: np.ndarray, kinect: Kinect, rng: np.random.Generator) -> DepthImage:
     """Return what the sensor measures from a pose."""
     directions = kinect.directions() @ T_room_camera[:3, :3].T
     eye = T_room_camera[:3, 3]

@@ -191,9 +191,7 @@ _TRIED = 12  # places of the camera
 _LOWEST = 0.4  # metres above the floor
 
 
-def close_ups(
-    room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT
-) -> Iterator[VirtualScan]:
+def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT) -> Iterator[VirtualScan]:
     """Yield so many single views of a room, each of one of its objects from near by; the same numbers, the same views.
 
     Parameters

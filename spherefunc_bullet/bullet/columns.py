@@ -30,9 +30,7 @@ class Columns:
         self.cell = max(CELL, float(np.sqrt(extent.prod() / MAX_CELLS)))
         self.fine = max(FINE, float(np.sqrt(extent.prod() / MAX_CELLS)))
         self.low = low[:2] - CELL
-        self.dims, self.fine_dims = (
-            np.floor(extent / side).astype(np.int64) + 1 for side in (self.cell, self.fine)
-        )
+        self.dims, self.fine_dims = (np.floor(extent / side).astype(np.int64) + 1 for side in (self.cell, self.fine))
         self.points, self.starts = in_cells(points, self.low, self.fine, self.fine_dims)
         self.centers = np.empty((256, 3))
         self.head = np.full(self.dims.prod(), -1, np.int64)

@@ -158,4 +158,3 @@ class Physics(Amounts):
     def terminal_speed(self) -> float:
         """Speed at which a sphere moves 0.4 radii in a step; what falls is held to it, so that it cannot tunnel."""
         return 0.4 / self.time_step
-

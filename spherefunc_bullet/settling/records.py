@@ -138,9 +138,7 @@ def object_record(
     )
 
 
-def kept_shape(
-    content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str
-) -> dict[str, np.ndarray]:
+def kept_shape(content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str) -> dict[str, np.ndarray]:
     """Return arrays of these names of the shape of the object with this hash, see `shape_of`."""
     return computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()), names)
 

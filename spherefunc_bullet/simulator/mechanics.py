@@ -255,9 +255,7 @@ def able_backends(ability: str) -> Sequence[str]:
     return able
 
 
-def require_amount(
-    name: str, value: float, *, above: float | None = None, least: float = 0.0, most: float = math.inf
-):
+def require_amount(name: str, value: float, *, above: float | None = None, least: float = 0.0, most: float = math.inf):
     """Raise InputError unless a setting is a finite number in its range."""
     low = value >= least if above is None else value > above
     if not (math.isfinite(value) and low and value <= most):

@@ -374,9 +374,7 @@ def test_what_hung_in_a_batch_is_not_tried_by_others(mishaps):
     batch = mishaps("one", "sleeper")
     finished(batch, limits=Limits(seconds=0.5))
     failed = []
-    simulated = simulate_dataset(
-        batch.dataset, batch.dropping, run=batch.folder.path, failed=failed.append
-    )
+    simulated = simulate_dataset(batch.dataset, batch.dropping, run=batch.folder.path, failed=failed.append)
     assert len(simulated.objects) == 1 and "within 0.5 s" in str(failed[0])
 
 

@@ -62,9 +62,14 @@ def test_a_vessel_leans_to_every_side_at_each_angle_and_is_set_down():
     assert np.degrees(np.arccos(-ways[2].gravity[0, 2])) == pytest.approx(30) and np.allclose(
         ways[2].gravity[wait - 1 :], [0, 0, -1]
     )
-    assert np.allclose(tilted(np.array([90.0, 90, 30]), np.array([0.0, 90, 45])), [
-        [1, 0, 0], [0, 1, 0], [8**-0.5, 8**-0.5, -np.sqrt(0.75)],
-    ])
+    assert np.allclose(
+        tilted(np.array([90.0, 90, 30]), np.array([0.0, 90, 45])),
+        [
+            [1, 0, 0],
+            [0, 1, 0],
+            [8**-0.5, 8**-0.5, -np.sqrt(0.75)],
+        ],
+    )
 
 
 @pytest.mark.parametrize(("spheres", "faster"), [(1, 3.0), (100, 5.0), (1000, 14.0)])
@@ -220,6 +225,7 @@ def test_a_person_is_let_down_from_above_and_touches_nothing_before(monkeypatch)
 
 def test_the_breadth_over_which_contacts_carry():
     """Two points with as much force are as broad as they are apart, however they lie; one is none."""
+
     def contact(x: float, y: float, force: float) -> tuple:
         return (*[None] * 6, (x, y, 0.5), None, None, force)
 

@@ -126,8 +126,10 @@ def test_a_plane_lies_midway_between_the_outermost_of_its_points():
     points = np.concatenate([RANDOM(4).normal(size=(80, 3)) * [3, 2, 0], [[0, 0, 0.2]]]) + [0, 0, 1]
     plane = fitted(points, np.arange(81, dtype=np.int32))
     away = points @ plane[:3] - plane[3]
-    assert away.max() == pytest.approx(-away.min()) and away.max() < 0.11 and np.linalg.norm(plane[:3]) == (
-        pytest.approx(1)
+    assert (
+        away.max() == pytest.approx(-away.min())
+        and away.max() < 0.11
+        and np.linalg.norm(plane[:3]) == (pytest.approx(1))
     )
     spread = RANDOM(5).normal(size=(60, 3)) * [3, 1, 0.2] @ np.linalg.qr(RANDOM(6).normal(size=(3, 3)))[0]
     least = np.linalg.eigh(np.cov(spread.T))[1][:, 0]

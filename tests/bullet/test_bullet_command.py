@@ -36,9 +36,7 @@ sys.modules["pybullet"] = None
 def run(*arguments, cwd: Path, **environment) -> subprocess.CompletedProcess:
     """Run the command with a cache of its own."""
     env = os.environ | {"SPHEREFUNC_CACHE": str(cwd / "cache")} | environment
-    return subprocess.run(
-        [COMMAND, *map(str, arguments)], cwd=cwd, env=env, capture_output=True, text=True
-    )
+    return subprocess.run([COMMAND, *map(str, arguments)], cwd=cwd, env=env, capture_output=True, text=True)
 
 
 @pytest.fixture

@@ -526,9 +526,7 @@ def test_a_mug_with_thick_walls_keeps_its_inner_width_to_a_voxel(engine, shape, 
 
     cup = thick_cup()
     heights = np.linspace(0.035, 0.085, 11) / radius
-    true, found = (
-        widths(collision_shape(cup, radius, each), heights, 0.08 / radius) for each in ("mesh", shape)
-    )
+    true, found = (widths(collision_shape(cup, radius, each), heights, 0.08 / radius) for each in ("mesh", shape))
     assert true == pytest.approx(2 * 0.036 / radius, rel=0.01)
     assert (true - found).max() <= VOXEL
     assert (true - found).min() >= -2 * FLAT

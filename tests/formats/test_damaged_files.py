@@ -249,7 +249,9 @@ def repeated_3mf(levels):
         "</components></object>"
         for n in range(1, levels)
     )
-    model = f'<model unit="meter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>{resources}'
+    model = (
+        f'<model unit="meter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>{resources}'
+    )
     model += f'<object id="{levels}"/></resources><build><item objectid="1"/></build></model>'
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:

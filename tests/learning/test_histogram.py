@@ -30,9 +30,7 @@ def pile(seed: int, count: int = 200, size: float = 0.5) -> np.ndarray:
 
 def dense(piles) -> np.ndarray:
     """Return the histograms over every cube that any of the piles touches, counted one sphere at a time."""
-    cubes = [
-        Counter(map(tuple, np.floor(each / SIDE + [0.5, 0.5, 0]).astype(int).tolist())) for each in piles
-    ]
+    cubes = [Counter(map(tuple, np.floor(each / SIDE + [0.5, 0.5, 0]).astype(int).tolist())) for each in piles]
     columns = sorted(set().union(*cubes))
     return np.array([[each[cube] for cube in columns] for each in cubes], float)
 
@@ -95,9 +93,7 @@ def test_widened_keeps_what_is_elsewhere_at_the_end():
 
 def test_partial_fit_first_is_fit():
     piles = [pile(0), pile(1)]
-    assert np.array_equal(
-        CubeHistogram(RADIUS).partial_fit(piles).keys_, CubeHistogram(RADIUS).fit(piles).keys_
-    )
+    assert np.array_equal(CubeHistogram(RADIUS).partial_fit(piles).keys_, CubeHistogram(RADIUS).fit(piles).keys_)
 
 
 def test_four_quarter_turns_are_none():
@@ -125,9 +121,7 @@ def test_sphere_histogram_takes_clouds():
 
 
 def test_sphere_histogram_is_a_scikit_learn_transformer():
-    histogram = SphereHistogram(
-        "fast", 0.03, seed=4, diameters=3.0
-    )
+    histogram = SphereHistogram("fast", 0.03, seed=4, diameters=3.0)
     copy = clone(histogram)
     assert copy is not histogram and copy.get_params() == histogram.get_params()
     assert set(CubeHistogram().get_params()) < set(histogram.get_params())

@@ -73,7 +73,7 @@ def test_given_up_is_kept(points):
 
 @pytest.mark.parametrize("up", ["w", "0,0,0", "1,2", "nan,0,1", ""])
 def test_no_direction_is_refused(up):
-    with pytest.raises(InputError, match='up='):
+    with pytest.raises(InputError, match="up="):
         axis_up(up)
 
 

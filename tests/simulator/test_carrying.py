@@ -35,15 +35,20 @@ def simulator(request):
 def pan(low: float, high: float, height: float, sections: int = 48) -> Cloud:
     """Return a round floor in the air, of a radius, with a wall of a height that opens to another radius, metres."""
     turn = np.linspace(0, 2 * np.pi, sections, endpoint=False)
-    rings = [np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(sections, z)])
-             for r, z in ((low, 0.0), (high, height))]
+    rings = [
+        np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(sections, z)])
+        for r, z in ((low, 0.0), (high, height))
+    ]
     vertices = np.concatenate([*rings, [[0, 0, 0]]])
     k = np.arange(sections)
     n = (k + 1) % sections
-    faces = np.concatenate([
-        np.column_stack([k, n, k + sections]), np.column_stack([n, n + sections, k + sections]),
-        np.column_stack([n, k, np.full(sections, 2 * sections)]),
-    ])
+    faces = np.concatenate(
+        [
+            np.column_stack([k, n, k + sections]),
+            np.column_stack([n, n + sections, k + sections]),
+            np.column_stack([n, k, np.full(sections, 2 * sections)]),
+        ]
+    )
     return cloud_from_mesh(vertices, faces, "pan")
 
 
@@ -146,10 +151,13 @@ def test_a_hole_shows_at_its_height(simulator, height):
     vertices = np.concatenate([np.column_stack([ring, np.full(60, z)]) for z in levels] + [np.zeros((1, 3))])
     k = np.arange(60)
     n = (k + 1) % 60
-    wall = np.concatenate([
-        np.column_stack([corners + 60 * row for corners in piece])
-        for row in range(40) for piece in ((k, n, k + 60), (n, n + 60, k + 60))
-    ])
+    wall = np.concatenate(
+        [
+            np.column_stack([corners + 60 * row for corners in piece])
+            for row in range(40)
+            for piece in ((k, n, k + 60), (n, n + 60, k + 60))
+        ]
+    )
     middle = vertices[wall].mean(axis=1)
     window = (middle[:, 0] > 0) & (np.abs(middle[:, 1]) < 0.012) & (np.abs(middle[:, 2] - height) < 0.012)
     faces = np.concatenate([wall[~window], np.column_stack([n, k, np.full(60, 2460)])])
@@ -202,8 +210,17 @@ def test_a_cloud_alone_can_be_carried(simulator):
     assert result.kept[-1] > 0.8
 
 
-@pytest.mark.parametrize("wrong", [{"angles_deg": (45.0, 15.0)}, {"angles_deg": ()}, {"angles_deg": (200.0,)},
-                                   {"radius": 0.0}, {"spheres": 0}, {"frequency": 0.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"angles_deg": (45.0, 15.0)},
+        {"angles_deg": ()},
+        {"angles_deg": (200.0,)},
+        {"radius": 0.0},
+        {"spheres": 0},
+        {"frequency": 0.0},
+    ],
+)
 def test_settings_out_of_range_are_refused(wrong):
     with pytest.raises(InputError, match=next(iter(wrong)).split("s_deg")[0]):
         CarrySettings(**wrong)

@@ -66,8 +66,10 @@ def test_a_brick_lies_as_theory_says(simulator):
     """The share of a face is the solid angle it takes from the centre, and a brick of 1 x 2 x 3 rests on every face."""
     result = simulator.poses(cloud_of(trimesh.creation.box((0.1, 0.2, 0.3))), PoseSettings())
     a, b, c = 0.05, 0.1, 0.15
-    shares = [np.arcsin(p * q / np.sqrt((p * p + r * r) * (q * q + r * r))) / np.pi for p, q, r in
-              [(b, c, a), (a, c, b), (a, b, c)]]
+    shares = [
+        np.arcsin(p * q / np.sqrt((p * p + r * r) * (q * q + r * r))) / np.pi
+        for p, q, r in [(b, c, a), (a, c, b), (a, b, c)]
+    ]
     found = sorted((pose.probability for pose in result.poses), reverse=True)
     assert np.allclose(found, np.repeat(shares, 2), atol=NEAR)
     assert sum(shares) == pytest.approx(0.5)
@@ -140,8 +142,9 @@ def test_an_object_that_was_turned_lies_in_the_same_poses():
     mesh = trimesh.creation.box((0.1, 0.2, 0.3))
     turn = Rotation.random(random_state=5).as_matrix()
     simulator = make_simulator("fast")
-    upright, turned = (simulator.poses(cloud, PoseSettings()) for cloud in
-                       (cloud_of(mesh), rotated_cloud(cloud_of(mesh), turn)))
+    upright, turned = (
+        simulator.poses(cloud, PoseSettings()) for cloud in (cloud_of(mesh), rotated_cloud(cloud_of(mesh), turn))
+    )
     assert np.allclose([pose.probability for pose in upright.poses], [pose.probability for pose in turned.poses])
     own_up = [(pose.rotation @ turn)[2, 2] for pose in turned.poses]
     assert np.isclose(np.abs(own_up), 1).sum() == 2
@@ -279,8 +282,10 @@ def test_classify_any_pose_tells_a_mug_that_lies(tmp_path):
     mug = next(item.mesh for item in household() if item.name == "mug_01").copy()
     mug.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     mug.export(tmp_path / "mug.ply")
-    runs = [CliRunner().invoke(application(), ["classify", str(tmp_path / "mug.ply"), "--json", *more])
-            for more in ([], ["--any-pose"])]
+    runs = [
+        CliRunner().invoke(application(), ["classify", str(tmp_path / "mug.ply"), "--json", *more])
+        for more in ([], ["--any-pose"])
+    ]
     as_it_lies, best = (json.loads(done.stdout)[0]["functions"]["cup"] for done in runs)
     assert not as_it_lies["member"] and best["member"]
     assert np.array(best["rotation"]) @ [0, -1, 0] == pytest.approx([0, 0, 1], abs=0.05)

@@ -83,8 +83,10 @@ def test_a_bowl_keeps_its_pose_under_a_load_that_leans_it_by_less_than_a_degree(
 
 @pytest.mark.parametrize(
     "mesh",
-    [*(trimesh.creation.icosphere(level, 0.1) for level in (2, 4)),
-     *(trimesh.creation.uv_sphere(0.1, count=(count, count)) for count in (16, 64))],
+    [
+        *(trimesh.creation.icosphere(level, 0.1) for level in (2, 4)),
+        *(trimesh.creation.uv_sphere(0.1, count=(count, count)) for count in (16, 64)),
+    ],
 )
 def test_a_ball_rolls_whatever_its_mesh(mesh):
     assert [result.stance for result in stood(cloud_of(mesh))] == [Stance.ROLLS] * len(BACKENDS)

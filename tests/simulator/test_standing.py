@@ -194,8 +194,10 @@ def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
     (kind, sawn), *_ = copies_of(Specimen(whole, "table"), "table", 0, SAWN)
     assert kind.kind == "leg_sawn_off"
     settings = StandSettings(load=30.0, most_places=40)
-    shares = [simulator.stands(cloud, settings, resting_places(cloud)).share
-              for cloud in (whole, cloud_from_mesh(*sawn.mesh()))]
+    shares = [
+        simulator.stands(cloud, settings, resting_places(cloud)).share
+        for cloud in (whole, cloud_from_mesh(*sawn.mesh()))
+    ]
     assert shares[0] == 1 and 0.3 < shares[1] < 0.75
 
 
@@ -225,8 +227,9 @@ def test_same_bits_again(simulator):
 
 def test_a_heavier_table_carries_more(simulator):
     cloud, places = pedestal(), np.array([[0.35, 0.0, 0.7]])
-    light, heavy = (simulator.stands(cloud, StandSettings(load=10.0, matter=Matter(mass=mass)), places)
-                    for mass in (5.0, 50.0))
+    light, heavy = (
+        simulator.stands(cloud, StandSettings(load=10.0, matter=Matter(mass=mass)), places) for mass in (5.0, 50.0)
+    )
     assert (light.carries[0], heavy.carries[0]) == (False, True)
 
 

@@ -11,7 +11,12 @@ from spherefunc_bullet.conformance import shapes
 SPACING = shapes.SPACING
 steps, sheet, level, post, cloud = shapes.steps, shapes.sheet, shapes.level, shapes.post, shapes.cloud
 plate, table, mug, chair, groove, bin_ = (
-    shapes.plate, shapes.table, shapes.mug, shapes.chair, shapes.groove, shapes.bin_
+    shapes.plate,
+    shapes.table,
+    shapes.mug,
+    shapes.chair,
+    shapes.groove,
+    shapes.bin_,
 )
 
 

@@ -157,9 +157,7 @@ IN_USE = (
     *kinds(("table",), False, full=cups.full),
     *kinds(("sittable",), True, book=with_book, cushion=with_cushion, bag=with_bag, coat=with_coat),
     *kinds(("sittable",), False, spikes=spikes_on_seat, taken=taken),
-    *kinds(
-        ("cup",), True, spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held
-    ),
+    *kinds(("cup",), True, spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held),
     *kinds((NONE,), True, laden=laden),
 )
 AS_SENSED = kinds(

@@ -76,9 +76,7 @@ class ParallelDropWorld(Engine):
 
     def hull(self, body: FreeBody) -> int:
         """Return the engine's number of a body's hull."""
-        return pybullet().createCollisionShape(
-            pybullet().GEOM_MESH, vertices=body.corners.tolist(), **self.engine
-        )
+        return pybullet().createCollisionShape(pybullet().GEOM_MESH, vertices=body.corners.tolist(), **self.engine)
 
     def add(
         self, body: FreeBody, hull: int, turn: np.ndarray, clearance: float, place: int, rolling: float = ROLLING

@@ -97,8 +97,9 @@ class Facets:
             along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
             arm = start - np.einsum("fi,fi->f", start, along)[:, None] * along
             here, there = self.normals, self.normals[self.neighbors[:, side]]
-            turn, before, after = (np.einsum("fi,fi->f", np.cross(a, b), along) for a, b in
-                                   ((here, there), (here, arm), (arm, there)))
+            turn, before, after = (
+                np.einsum("fi,fi->f", np.cross(a, b), along) for a, b in ((here, there), (here, arm), (arm, there))
+            )
             between = (before * turn > 0) & (after * turn > 0)
             ends = np.maximum(self.heights, self.heights[self.neighbors[:, side]])
             heights[:, side] = np.where(between, np.linalg.norm(arm, axis=1), ends)
