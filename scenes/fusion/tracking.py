@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -143,7 +143,12 @@ def likeness(one: KnownObject, other: KnownObject) -> float:
     return float(np.min(low / np.maximum(high, CELL)))
 
 
-def table(found: Sequence[KnownObject], known: Sequence[KnownObject], places: Sequence[int], measure) -> np.ndarray:
+def table(
+    found: Sequence[KnownObject],
+    known: Sequence[KnownObject],
+    places: Sequence[int],
+    measure: Callable[[KnownObject, KnownObject], float],
+) -> np.ndarray:
     """Return a measure of each object found and each known at the places, (F, P) float64."""
     scores = [measure(one, known[place]) for one in found for place in places]
     return np.array(scores, float).reshape(len(found), len(places))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -111,7 +111,7 @@ def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], ki
     )
 
 
-def report_of(said: Answered) -> dict:
+def report_of(said: Answered) -> dict[str, Any]:
     """Return F-measures of whole objects, in all and of each data set, their errors, and the shares of every kind."""
     trial, labels, wrong = said.trial, said.labels, said.trial.wrong(said.labels)
     kinds, originals, folders = (each[trial.rows] for each in (said.kinds, said.originals, said.folders))
@@ -158,7 +158,7 @@ def mean(which: np.ndarray) -> float | None:
     return round(float(which.mean()), 4) if len(which) else None
 
 
-def print_report(report: dict):
+def print_report(report: dict[str, Any]):
     """Print the report as tables."""
     functions = list(report["f_measure_fair"])
     figures = {f"F {name}": f_measure for name, f_measure in report["f_measure_fair"].items()}
