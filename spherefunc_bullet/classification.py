@@ -5,7 +5,7 @@ The command line, `classify` in Python, estimators, viewer, arrangements and ben
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Protocol
 
@@ -16,15 +16,16 @@ from .clouds.one_view import completed_clouds, looks_like_one_view
 from .clouds.orientation import likely_up, standing_margin
 from .formats.sources import Geometry
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .settling.dropping import CloudObject
+from .settling.dropping import Check, CloudObject
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.settling import falls_over, loses_water
 
-CUP, TABLE = "cup", "table"
+CUP, SITTABLE, TABLE = "cup", "sittable", "table"
 POSSIBLE = 0.2  # the score of a completed view from which on what was not seen may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS = "it would fall over when put down like this; an object that would fall over has no function"
 LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
+NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
 NOTHING = (
     "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
@@ -59,6 +60,42 @@ class DroppedOn(Protocol):
         ...
 
 
+def has_no_place_to_sit(cloud: Cloud) -> bool:
+    """Return whether nobody finds a place to sit on an object, as `places` looks for it; never of points alone.
+
+    A sensor's points are too rough for places, or too few, more often than there is none.
+    """
+    if cloud.mesh is None:
+        return False
+    from .places.regions import seat_surface  # of seats alone
+    from .places.sitting import sit_places
+
+    return not sit_places(seat_surface(cloud), sittable=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UseCheck:
+    """What is asked about an object that seems to have a function: if it fails, the answer is unsure."""
+
+    name: str  # under which the result is cached
+    function: str
+    fails: Callable[[Cloud], bool]
+    doubt: str
+    denies: bool  # whether what fails has not the function
+
+
+USE_CHECKS = (
+    UseCheck(name="leaks", function=CUP, fails=loses_water, doubt=LEAKS, denies=True),
+    # A seat on which a bag lies may have no place, and is one, so this is a doubt alone.
+    UseCheck(name="no_place_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, denies=False),
+)
+
+
+def failed_uses(functions: Collection[str], check: Check) -> tuple[UseCheck, ...]:
+    """Return the checks that an object fails, of those of functions that it seems to have."""
+    return tuple(use for use in USE_CHECKS if use.function in functions and check(use.name, use.fails))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Decision:
     """The answer for one object, with the evidence it is based on."""
@@ -66,7 +103,7 @@ class Decision:
     model: FunctionModel
     reading: Reading
     fails_stability_check: bool = False
-    leaks: bool = False  # and has the look of a cup, but none's function
+    failed_uses: tuple[UseCheck, ...] = ()  # of functions that it seems to have
     objects_on_top: int = 0  # that stand on a table
     lies: bool = False  # and has no function, as a file does whose up axis is y and is taken for z
     more_doubts: tuple[str, ...] = ()
@@ -75,7 +112,8 @@ class Decision:
     @property
     def scores(self) -> np.ndarray:
         """(F,) float, 0 to 1; all 0 for an object that would fall over, and as a cup for one that leaks."""
-        return np.where(denied(self.model.functions_, self.fails_stability_check, self.leaks), 0.0, self.reading.scores)
+        without = denied(self.model.functions_, self.fails_stability_check, self.failed_uses)
+        return np.where(without, 0.0, self.reading.scores)
 
     @property
     def memberships(self) -> Memberships:
@@ -172,18 +210,19 @@ def decide(item: DroppedOn, model: FunctionModel) -> Decision:
 
 
 def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> Decision:
-    """Return the decision for a reading. Whether the object falls over, or leaks, is asked if it has a function."""
+    """Return the decision for a reading. Whether the object falls over, or fails in use, is asked if it matters."""
     found = {name for name, score in zip(model.functions_, reading.scores, strict=True) if score > THRESHOLD}
     if not (found and model.checks_stability):
         return Decision(model=model, reading=reading)
     falls = item.check("falls_over", falls_over)
-    leaks = CUP in found and not falls and item.check("leaks", loses_water)
-    return Decision(model=model, reading=reading, fails_stability_check=falls, leaks=leaks)
+    failed = () if falls else failed_uses(found, item.check)
+    return Decision(model=model, reading=reading, fails_stability_check=falls, failed_uses=failed)
 
 
-def denied(functions: Sequence[str], falls: bool, leaks: bool) -> np.ndarray:
+def denied(functions: Sequence[str], falls: bool, failed: Collection[UseCheck]) -> np.ndarray:
     """Return which functions (F,) bool an object has not, whatever its scores: all if it falls, a cup's if it leaks."""
-    return np.array([falls or (leaks and name == CUP) for name in functions])
+    without = {use.function for use in failed if use.denies}
+    return np.array([falls or name in without for name in functions])
 
 
 def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
@@ -217,7 +256,7 @@ def doubts(decision: Decision) -> list[str]:
     found = disagreements(decision.by_backend)
     if decision.fails_stability_check:
         return found
-    return [*decision.reading.model.doubts(decision.reading), *[LEAKS] * decision.leaks, *found]
+    return [*decision.reading.model.doubts(decision.reading), *[use.doubt for use in decision.failed_uses], *found]
 
 
 def disagreements(by_backend: Mapping[str, Memberships]) -> list[str]:

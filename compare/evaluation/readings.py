@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 
@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.classification import CUP, denied
+from spherefunc_bullet.classification import denied, failed_uses
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
@@ -18,6 +18,7 @@ from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, METHODS, AnyMethod, Method
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
+from spherefunc_bullet.settling.dropping import Check
 from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
 
@@ -37,18 +38,20 @@ class Checks:
     """What tells that objects have not the functions that their spheres speak for."""
 
     fallen: np.ndarray  # (N,) bool: which fall over when they are put down
-    leaks: tuple[Callable[[], bool], ...]  # whether water runs out of each, which takes time
+    uses: tuple[Check, ...]  # asks each whether it fails a check of its use, which takes time
 
     def of(self, rows: np.ndarray) -> Checks:
         """Return the checks of some objects, in their order."""
-        return Checks(fallen=self.fallen[rows], leaks=tuple(self.leaks[row] for row in rows))
+        return Checks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
 
     def denied(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which of them leak."""
-        cups = (scores[:, [name == CUP for name in functions]] > THRESHOLD).any(axis=1) & ~self.fallen[rows]
-        leaking = np.array([cup and self.leaks[row]() for row, cup in zip(rows, cups, strict=True)], bool)
-        each = zip(self.fallen[rows], leaking, strict=True)
-        return np.array([denied(functions, falls, leaks) for falls, leaks in each]).reshape(scores.shape), leaking
+        """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which fail in use, (T,)."""
+        failed = [
+            () if self.fallen[row] else failed_uses(np.array(functions)[own > THRESHOLD], self.uses[row])
+            for row, own in zip(rows, scores, strict=True)
+        ]
+        without = [denied(functions, falls, uses) for falls, uses in zip(self.fallen[rows], failed, strict=True)]
+        return np.array(without).reshape(scores.shape), np.array([bool(uses) for uses in failed], bool)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,9 +84,9 @@ class Profiled(Reading):
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.checks is None:
             return scores, weights, learnt.are_doubtful(scores)
-        without, leaking = self.checks.denied(fold.test, scores, functions)
+        without, failing = self.checks.denied(fold.test, scores, functions)
         scores[without] = 0.0
-        return scores, weights, learnt.are_doubtful(scores) | leaking
+        return scores, weights, learnt.are_doubtful(scores) | failing
 
 
 def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
@@ -138,7 +141,7 @@ def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, .
     """Return the quantities of the spheres that fell on objects, and what checks the objects."""
     read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
     fallen = np.array([record.falls_over for record in simulated.records], bool)
-    checks = Checks(fallen=fallen, leaks=tuple(record.leaks for record in simulated.records))
+    checks = Checks(fallen=fallen, uses=tuple(record.check for record in simulated.records))
     return replace(read, copy_groups=copy_groups_in(simulated.objects), checks=checks)
 
 

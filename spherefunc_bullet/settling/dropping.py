@@ -29,6 +29,7 @@ from .settling import drop_settings, measured_run, settle
 
 FORMAT = 2  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
+Check = Callable[[str, Callable[[Cloud], bool]], bool]  # asks a cloud, unless the answer is kept under the name
 
 
 @dataclass(frozen=True, kw_only=True)

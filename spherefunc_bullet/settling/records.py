@@ -17,11 +17,16 @@ from ..formats.npz import computed_once, entry_path, kept_answer
 from ..formats.sources import Source, as_source
 from ..processes.tasks import run_tasks
 from ..simulator import isolated
-from .dropping import Dropping, kept_runs
+from .dropping import Check, Dropping, kept_runs
 from .drops import DropsByRadius
-from .settling import falls_over, loses_water
+from .settling import falls_over
 
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
+
+
+def passed(name: str, check: Callable[[Cloud], bool]) -> bool:
+    """Return that nothing fails, where there is no file to ask."""
+    return False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +41,7 @@ class ObjectRecord:
     drops: dict[float, int] = field(repr=False, default_factory=dict)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
     falls_over: bool = False  # when it is put down as it is
-    leaks: Callable[[], bool] = field(repr=False, default=bool)  # whether water runs out of it
+    check: Check = field(repr=False, default=passed)  # asks whether it fails a check
 
     @property
     def voxels(self) -> np.ndarray:
@@ -134,7 +139,7 @@ def object_record(
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
         falls_over=kept_answer(content, "falls_over", lambda: falls_over(cloud()), home),
-        leaks=partial(file_leaks, source.path, dropping, home),
+        check=partial(file_check, source.path, dropping, home),
     )
 
 
@@ -149,9 +154,9 @@ def file_voxels(path: Path, dropping: Dropping, home: Path | None = None) -> np.
     return kept_shape(content, lambda: dropping.cloud(path), home, "voxels")["voxels"]
 
 
-def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
-    """Return whether water runs out of a file's object, see `loses_water`."""
-    return kept_answer(dropping.content_hash(path), "leaks", lambda: loses_water(dropping.cloud(path)), home)
+def file_check(path: Path, dropping: Dropping, home: Path | None, name: str, check: Callable[[Cloud], bool]) -> bool:
+    """Return the result of a check of the cloud of a file, from the cache where it has it by this name."""
+    return kept_answer(dropping.content_hash(path), name, lambda: check(dropping.cloud(path)), home)
 
 
 def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:

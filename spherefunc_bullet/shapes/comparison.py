@@ -111,17 +111,17 @@ class Subject:
         return functions_of(self.cloud)
 
 
-def functions_of(cloud: Cloud, water: bool = True) -> Functions:
+def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
     """Return what a cloud is for, by the model that ships.
 
     Parameters
     ----------
-    water : bool
+    checks : bool
         Whether what water runs out of is no cup. A shape of voxels has gaps: whether it still holds what its object
         does is measured for itself, with grains, and says more.
     """
     decision = classify(cloud, explain=False).decision
-    memberships = (decision if water else replace(decision, leaks=False)).memberships
+    memberships = (decision if checks else replace(decision, failed_uses=())).memberships
     return {name: (one.member, round(one.score, 4)) for name, one in memberships.items()}
 
 
@@ -165,7 +165,7 @@ def used_row(subject: Subject, solid: Solid, row: Row) -> Row:
         settled_kept=subject.seen.kept(rest),
         moved_mm=1e3 * moved(subject.seen, rest, subject.tree(solid)),
         deeper=subject.seen.deeper(rest),
-        functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name), water=False),
+        functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name), checks=False),
     )
 
 

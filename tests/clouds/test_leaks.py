@@ -157,7 +157,8 @@ def test_an_evaluation_scores_a_cup_that_leaks_as_none_and_unsure():
     )
     asked = []
     checks = Checks(
-        fallen=np.zeros(8, bool), leaks=tuple(lambda row=row: bool(asked.append(row)) or row == 4 for row in range(8))
+        fallen=np.zeros(8, bool),
+        uses=tuple(lambda name, check, row=row: bool(asked.append(row)) or row == 4 for row in range(8)),
     )
     read = Profiled(
         profiles=np.array([0.0, 1.0] * 4)[:, None] * np.ones((1, 2)),

@@ -15,6 +15,7 @@ from spherefunc_bullet.classification import (
     FALLS,
     LEAKS,
     LIES,
+    NO_PLACE,
     NOTHING,
     ON_TOP,
     POSSIBLE,
@@ -115,6 +116,9 @@ def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
         ({"cup": 0.1, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over"]),
         ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "lies"]),
         ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", "leaks"]),
+        ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", "leaks", "no_place_to_sit"]),
+        ({"cup": 0.1, "sittable": 0.9}, ["no_place_to_sit"], {"sittable"}, ["falls_over", "no_place_to_sit"]),
+        ({"sittable": 0.9}, ["falls_over"], set(), ["falls_over", "one_view", "lies"]),
         ({"table": 0.9}, [], {"table"}, ["falls_over", "count"]),
         ({"table": THRESHOLD}, [], set(), ["one_view", "lies"]),
     ],
@@ -176,6 +180,7 @@ def test_what_falls_over_has_that_as_its_reason_and_no_doubt():
     assert (falls.reasons(), falls.doubts()) == ([FALLS, REASON], [])
     assert (leaks.reasons(), leaks.doubts()) == ([REASON], [DOUBT, LEAKS])
     assert (fine.reasons(), fine.doubts()) == ([REASON], [DOUBT])
+    assert decided(Model(sittable=0.9), "no_place_to_sit")[0].doubts() == [DOUBT, NO_PLACE]
     assert (falls.reasons(explain=False), fine.reasons(explain=False)) == ([FALLS], [])
     for decision in (falls, leaks, fine):
         row = decision.row("a.ply", 0.25)

@@ -14,6 +14,7 @@ from checkout import ROOT
 from commands import spherefunc
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.classification import failed_uses
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
@@ -124,18 +125,33 @@ def test_nobody_sits_on_the_mouth_of_a_tube():
     assert not sit_places(Surface(np.zeros(2), 0.025, heights, 0.0), sittable=1.0)
 
 
+def spiky_or_slatted(pitch: float, tall: float) -> Cloud:
+    """Return a seat 45 cm high of pyramids side by side, so tall, or where they have no height of slats; metres."""
+    near = np.arange(-0.25 + pitch / 2, 0.25, pitch)
+    feet = boxes(*[(x, y, 0, x + 0.04, y + 0.04, 0.43) for x in (-0.25, 0.21) for y in (-0.25, 0.21)])
+    if not tall:
+        slats = boxes(*[(x - pitch / 4, -0.25, 0.42, x + pitch / 4, 0.25, 0.45) for x in near])
+        return cloud_from_mesh(*joined(feet, slats))
+    triangles = np.concatenate([spike(np.array([x, y]), pitch, 0.45 - tall, 0.45) for x in near for y in near])
+    return cloud_from_mesh(*joined(feet, (triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))))
+
+
+def joined(*meshes: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return several meshes as one."""
+    before = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    faces = [faces + first for (_, faces), first in zip(meshes, before[:-1], strict=True)]
+    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)
+
+
 @pytest.mark.parametrize("pitch, tall, sat", [(0.05, 0.12, False), (0.1, 0.06, False), (0.06, 0.0, True)])
 def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
     """Pyramids side by side, all as high, would be level for whoever looks at the highest points alone."""
-    near = np.arange(-0.25 + pitch / 2, 0.25, pitch)
-    if tall:
-        parts = [spike(np.array([x, y]), pitch, 0.45, 0.45 + tall) for x in near for y in near]
-        triangles = np.concatenate(parts)
-        cloud = cloud_from_mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
-    else:
-        cloud = cloud_from_mesh(*boxes(*[(x - pitch / 4, -0.25, 0.42, x + pitch / 4, 0.25, 0.45) for x in near]))
-    lifted = replace(seat_surface(cloud), heights=seat_surface(cloud).heights + 0.45 - tall)
-    assert bool(sit_places(lifted, sittable=1.0)) == sat
+    cloud = spiky_or_slatted(pitch, tall)
+    assert bool(sit_places(seat_surface(cloud), sittable=1.0)) == sat
+    failed = failed_uses({"sittable"}, lambda name, check: check(cloud))
+    assert [use.name for use in failed] == ["no_place_to_sit"] * (not sat)
+    assert not failed_uses({"sittable"}, lambda name, check: check(Cloud(cloud.points)))
+    assert not failed_uses({"table"}, lambda name, check: check(cloud))
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():

@@ -22,6 +22,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.impairment.harmless import other_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.settling.records import passed
 from spherefunc_bullet.settling.settling import falls_over, stands_safely
 
 TABLE = (1.2, 0.8, 0.74)
@@ -117,7 +118,7 @@ def test_an_evaluation_scores_what_falls_over_with_nothing():
     )
     profiles = np.repeat(np.arange(2.0), 1)[None].T[[0, 1] * 4] * np.ones((1, 2))
     classifier = FunctionClassifier(radii=(0.01,))
-    checks = Checks(fallen=np.arange(8) == 4, leaks=(bool,) * 8)
+    checks = Checks(fallen=np.arange(8) == 4, uses=(passed,) * 8)
     asked = Profiled(profiles=profiles, labels=labels, classifier=classifier, checks=checks)
     said = asked.trial([Split(np.arange(4), np.arange(4, 8))])
     assert said.scores[0] == 0 and said.scores[2] > 0.5 > said.scores[[1, 3]].max()

@@ -33,6 +33,7 @@ from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
 from spherefunc_bullet.scenes.impairment.specimen import NONE
 from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import passed
 
 from ..evaluation import Trial
 from ..protocol import Labels, Split, labels_of
@@ -83,7 +84,7 @@ def kept_profiled(
     known = [records.get(item.path) for item in dataset.objects]
     checks = Checks(
         fallen=np.array([one is not None and one.falls_over for one in known]),
-        leaks=tuple(bool if one is None else one.leaks for one in known),
+        uses=tuple(passed if one is None else one.check for one in known),
     )
     classifier = FunctionClassifier(radii=model.radii)
     return Profiled(profiles=model.profiles_, labels=labels_of(dataset), classifier=classifier, checks=checks)
