@@ -14,8 +14,8 @@ from .regions import Surface, normal_of, plane_through, rings_of
 
 TALL = 1.75  # metres: whom the template fits
 SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air
-HIGH_SEAT = 0.82  # of objects that are known as seats: bar stools
-NARROW = 0.72  # metres, with the cells around it: no bar stool is wider
+HIGH_SEAT = 0.86  # of objects that are known as seats: bar stools, whose gas lifts go so high
+NARROW = 0.90  # metres, with the cells around it: a draughtsman's chair with its five feet is so wide
 HEADINGS = 24
 # Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres, of a person 1.75 m tall.
 CORE, THIGHS, TRUNK, BACK, FRONT, FEET, ARMS = range(7)

@@ -14,7 +14,7 @@ from checkout import ROOT
 from commands import spherefunc
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.classification import failed_uses
+from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
@@ -115,6 +115,16 @@ def test_a_stool_is_sat_on_from_all_sides():
     stool = cloud_from_mesh(*boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.03, -0.03, 0, 0.03, 0.03, 0.42)))
     seat = next(place for place in places_of(stool, scores=SEAT) if place.kind == "sit")
     assert seat.heading_deg is None and not seat.back
+
+
+@pytest.mark.parametrize(
+    "height, half, sat", [(0.84, 0.2, True), (0.9, 0.2, False), (0.78, 0.35, True), (0.78, 0.5, False)]
+)
+def test_bar_stools_are_sat_on_and_what_is_higher_or_wider_is_not(height, half, sat):
+    """A gas lift goes up to 86 cm, and a draughtsman's chair stands on five feet 70 cm across."""
+    feet = [(-half, -0.03, 0, half, 0.03, 0.03), (-0.03, -half, 0, 0.03, half, 0.03)]
+    stool = boxes((-0.2, -0.2, height - 0.03, 0.2, 0.2, height), (-0.03, -0.03, 0.03, 0.03, 0.03, height - 0.03), *feet)
+    assert has_no_place_to_sit(cloud_from_mesh(*stool)) != sat
 
 
 def test_nobody_sits_on_the_mouth_of_a_tube():
