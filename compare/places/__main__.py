@@ -7,7 +7,6 @@ python -m spherefunc_bullet.compare.places put|seats|sitters|capacity|scans|proo
 from __future__ import annotations
 
 import argparse
-import csv
 import re
 import time
 from pathlib import Path
@@ -19,8 +18,8 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import print_json, run, say
-from spherefunc_bullet.datasets.dataset import open_dataset
-from spherefunc_bullet.errors import InputError, explaining
+from spherefunc_bullet.datasets.dataset import csv_table, open_dataset
+from spherefunc_bullet.errors import explaining
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.place import Place
@@ -82,30 +81,14 @@ WITHIN_DEG, WITHIN = 30.0, 0.03  # degrees, metres
 
 def headings_by_hand(file: Path) -> dict[str, float | None]:
     """Return the heading of each model, None where it has no back."""
-    rows = rows_of(file, "file", "heading_deg")
+    rows = csv_table(file, "file", "heading_deg")
     with explaining(f"{file}: expected degrees or nothing as heading_deg; got", ValueError, why=" "):
         return {row["file"]: float(row["heading_deg"]) if row["heading_deg"] else None for row in rows}
 
 
-def rows_of(file: Path, *columns: str) -> list[dict[str, str]]:
-    """Return the rows of a CSV file that has some columns.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or lacks one.
-    """
-    with explaining(f"{file}: expected a CSV file with columns {', '.join(columns)}", OSError, ValueError, csv.Error):
-        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
-    if not rows or not set(columns) <= set(rows[0]):
-        got = ", ".join(name or "a column without a name" for name in rows[0]) if rows else "no row"
-        raise InputError(f"{file}: expected a CSV file with columns {', '.join(columns)}; got {got}")
-    return rows
-
-
 def catalogue_heights(folder: Path) -> dict[str, float]:
     """Return the height of the seat of each model whose catalogue tells it, metres."""
-    rows = rows_of(folder / "manifest.csv", "file", "label", "notes")
+    rows = csv_table(folder / "manifest.csv", "file", "label", "notes")
     notes = {row["file"]: row["notes"] for row in rows if row["label"] == "sittable"}
     found = {file: re.search(r"dropOnTopElevation ([\d.]+) cm", text) for file, text in notes.items()}
     return {file: float(match[1]) / 100 for file, match in found.items() if match}
@@ -185,9 +168,9 @@ def main():
 
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
     """Return the files of one label, each so-and-so-many-th."""
-    column, value = ("label", label) if options.category is None else ("category", options.category)
-    rows = rows_of(options.folder / "manifest.csv", "file", column)
-    return [options.folder / row["file"] for row in rows if row[column] == value][:: options.every]
+    objects, category = open_dataset(str(options.folder)).objects, options.category
+    asked = [one.path for one in objects if (label in one.functions if category is None else one.category == category)]
+    return asked[:: options.every]
 
 
 def put(options: argparse.Namespace) -> dict[str, object]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from csv import DictReader
 from dataclasses import dataclass
 from functools import partial
 from operator import itemgetter
@@ -16,7 +15,7 @@ import trimesh
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import passed
 from spherefunc_bullet.datasets.catalogue import write_manifest
-from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
+from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, csv_table, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import prepare_folder, write_bytes
 from spherefunc_bullet.formats.units import BY_FILE
@@ -180,11 +179,7 @@ def read_copies(folder: Path) -> list[Copy]:
     InputError
         If the folder is none that `impair_dataset` wrote.
     """
-    objects, manifest = open_dataset(folder).objects, folder / "manifest.csv"
-    with manifest.open(newline="", encoding="utf-8-sig") as stream:
-        rows = list(DictReader(stream))
-    if not {"of", "kind", "works"} <= set(rows[0]):
-        raise InputError(f"{manifest}: expected the columns of, kind and works, got {', '.join(rows[0])}")
+    objects, rows = open_dataset(folder).objects, csv_table(folder / "manifest.csv", "of", "kind", "works")
     return [
         Copy(item=item, of=row["of"], kind=row["kind"], works=row["works"] == "1")
         for item, row in zip(objects, rows, strict=True)

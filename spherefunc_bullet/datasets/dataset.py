@@ -116,18 +116,29 @@ def read_manifest(manifest: Path) -> Dataset:
 
     Several functions are separated by ``;``, none is written ``none``.
     """
-    with explaining(f"{manifest}: expected a CSV file in UTF-8", OSError, UnicodeDecodeError, why="; "):
-        text = manifest.read_text(encoding="utf-8-sig")
-    rows = csv.DictReader(text.splitlines())
-    missing = [name for name in ("file", "label") if name not in (rows.fieldnames or [])]
-    if missing:
-        raise InputError(
-            f"{manifest}: expected the columns file and label, got {', '.join(rows.fieldnames or ['no columns'])}"
-        )
+    rows = csv_table(manifest, "file", "label")
     objects = tuple(_manifest_object(manifest, rows.line_num, row) for row in rows)
     if not objects:
         raise InputError(f"{manifest}: expected at least one row below the header, got none")
     return Dataset(manifest.parent.name, objects, manifest.parent)
+
+
+def csv_table(path: Path, *columns: str) -> csv.DictReader[str]:
+    """Return the rows of a CSV file that has some columns.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or lacks a column.
+    """
+    with explaining(f"{path}: expected a CSV file in UTF-8", OSError, UnicodeDecodeError, why="; "):
+        text = path.read_text(encoding="utf-8-sig")
+    rows = csv.DictReader(text.splitlines())
+    got = rows.fieldnames or ["no columns"]
+    if not set(columns) <= set(got):
+        expected = " and ".join(filter(None, [", ".join(columns[:-1]), columns[-1]]))
+        raise InputError(f"{path}: expected the columns {expected}, got {', '.join(got)}")
+    return rows
 
 
 def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> DatasetObject:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from spherefunc_bullet.compare.places.__main__ import headings_by_hand, rows_of
+from spherefunc_bullet.compare.places.__main__ import headings_by_hand
 from spherefunc_bullet.errors import InputError
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (None, "expected a CSV file with columns file, heading_deg"),
-        ("", "got no row"),
+        (None, "expected a CSV file in UTF-8"),
+        ("", "expected the columns file and heading_deg, got no columns"),
         ("file,heading\na.ply,1\n", "got file, heading"),
         ("file,heading_deg\na.ply,north\n", "expected degrees or nothing"),
     ],
@@ -26,8 +26,7 @@ def test_what_is_no_table_of_headings_is_named(tmp_path, text, said):
     assert str(file) in str(error.value)
 
 
-def test_rows_and_headings_are_read(tmp_path):
+def test_headings_are_read(tmp_path):
     file = tmp_path / "headings.csv"
     file.write_text("file,heading_deg\na.ply,90\nb.ply,\n")
     assert headings_by_hand(file) == {"a.ply": 90.0, "b.ply": None}
-    assert [row["file"] for row in rows_of(file, "file")] == ["a.ply", "b.ply"]
