@@ -77,7 +77,7 @@ def has_no_place_to_sit(cloud: Cloud) -> bool:
 class UseCheck:
     """What is asked about an object that seems to have a function: if it fails, the answer is unsure."""
 
-    name: str  # under which the result is cached
+    name: str  # under which the result is cached: what says something else needs another
     function: str
     fails: Callable[[Cloud], bool]
     doubt: str

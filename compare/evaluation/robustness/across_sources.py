@@ -126,9 +126,7 @@ def report_of(said: Answered) -> dict[str, Any]:
         for name in dict.fromkeys(folders[whole].tolist())
     }
     surest = np.argsort(-np.abs(trial.scores - 0.5).min(axis=1)[whole], kind="stable")
-    errors = {
-        str(part): round(float(wrong[whole][surest[: round(part * len(surest))]].mean()), 4) for part in COVERAGES
-    }
+    errors = {str(part): mean(wrong[whole][surest[: round(part * len(surest))]]) for part in COVERAGES}
     fair = f_measures(trial, labels, whole)
     counts = {"objects": int(whole.sum()), "f_measure_fair": fair, "error_at_coverage": errors}
     return counts | {"data_sets": data_sets, "kinds": rows}
@@ -165,7 +163,7 @@ def print_report(report: dict[str, Any]):
     figures = {f"F {name}": f_measure for name, f_measure in report["f_measure_fair"].items()}
     figures |= {f"error of {float(part):.0%}": error for part, error in report["error_at_coverage"].items()}
     title = f"{report['objects']} objects of sources that were not learnt"
-    print_table(title, list(figures), [[f"{value:.3f}" for value in figures.values()]])
+    print_table(title, list(figures), [["" if value is None else f"{value:.3f}" for value in figures.values()]])
     rows = [
         [name, str(row["objects"]), *(f"{value:.3f}" for value in row["f_measure"].values())]
         + ["" if row[rate] is None else f"{row[rate]:.2f}" for rate in ("unsure", "right_of_sure")]
