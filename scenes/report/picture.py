@@ -108,14 +108,25 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     colours = point_colours(scan, room, points)[::step]
     points, labels = points[::step], room.labels[::step]
     shown = points[labels != -2] if (labels >= 0).any() else points
-    low, high = np.percentile(shown, [0.5, 99.5], axis=0)
+    marks = [*inferred_marks(room), *marks_of(room)]
+    low, high = span(shown, marks)
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
     points, colours, labels = points[inside], colours[inside], labels[inside]
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     image = Image.fromarray(splatted(camera, points, colours))
-    draw_marks(image, camera, [*inferred_marks(room), *marks_of(room)])
+    draw_marks(image, camera, marks)
     return image.resize(size, Image.Resampling.LANCZOS)
+
+
+def span(points: np.ndarray, marks: Sequence[Mark]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two corners (3,) of what a picture shows: all but stray points, and whole boxes.
+
+    A table's box reaches down to the floor, whether the scan shows its legs or not.
+    """
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    corners = np.concatenate([np.array([low, high]), *(mark.corners for mark in marks)])
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:

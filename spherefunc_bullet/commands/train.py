@@ -44,7 +44,8 @@ def train(
 ):
     """Train a model on labelled objects and write it to a file."""
     from ..batch.simulated import simulate_dataset
-    from ..datasets.dataset import joined_datasets, open_dataset, require_agreement
+    from ..datasets.agreement import require_agreement
+    from ..datasets.dataset import joined_datasets, open_dataset
     from ..learning.model_file import save_model
 
     require_place(out)

@@ -7,14 +7,11 @@ or the name of a built-in catalogue.
 from __future__ import annotations
 
 import csv
-import hashlib
 import os
 import re
-from collections import Counter
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 from ..errors import InputError, explaining
@@ -264,37 +261,6 @@ def is_permissive(text: str) -> bool:
 def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
     """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
     return [item.group if item.license else "" for item in objects]
-
-
-def require_agreement(dataset: Dataset):
-    """Raise InputError if a file, or two files of the same content, are labelled with different functions.
-
-    Files that cannot be read are left to whoever reads them. Only files of one size are read at all.
-    """
-    sizes = Counter(size_of(item.path) for item in dataset.objects)
-    for same in (os.path.realpath, partial(content_of, sizes)):
-        known: dict[str, DatasetObject] = {}
-        for item in dataset.objects:
-            first = known.setdefault(same(item.path), item)
-            if first.functions != item.functions:
-                raise InputError(contradiction(dataset, first, item))
-
-
-def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject) -> str:
-    """Return what two labels of one object say, in one line."""
-    names = [dataset.name_of(item.path) for item in (first, second)]
-    what = "it is listed twice" if names[0] == names[1] else f"{names[1]} holds the same"
-    said = " and ".join(label_text(item.functions) for item in (first, second))
-    return f"{dataset.name}: {names[0]}: expected one label for one object, got {said} ({what}); keep one"
-
-
-def content_of(sizes: Counter[int], path: Path) -> str:
-    """Return what tells what a file holds: a hash where another file is of the same size, else its path."""
-    size = size_of(path)
-    if size >= 0 and sizes[size] > 1:
-        with suppress(OSError), open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    return str(path)
 
 
 def size_of(path: Path) -> int:

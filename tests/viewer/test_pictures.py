@@ -8,7 +8,7 @@ import trimesh
 from PIL import Image
 
 from spherefunc_bullet.compare.demo.gallery import captioned, tiled
-from spherefunc_bullet.scenes.report.picture import Mark, draw_marks, look_at
+from spherefunc_bullet.scenes.report.picture import Mark, draw_marks, look_at, span
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.pictures import (
     CUT_COLOUR,
@@ -137,3 +137,15 @@ def test_the_texts_of_boxes_at_one_place_stand_above_each_other():
         draw_marks(image, camera, [Mark(corners=corners[:1].repeat(8, axis=0), colour=c, text="cup") for c in colours])
         inked[number] = (np.asarray(image) == red).all(axis=2).sum()
     assert inked[1] >= 0.7 * inked[0] > 0
+
+
+@pytest.mark.parametrize("azimuth_deg", [0, 45, 90, 200])
+def test_a_picture_shows_whole_boxes_where_the_scan_has_points_of_a_part_alone(azimuth_deg):
+    """A table's box stands on the floor, also where a camera saw the top alone."""
+    top = np.random.default_rng(0).uniform([-0.7, -0.4, 0.74], [0.7, 0.4, 0.76], (2000, 3))
+    legs = np.array(np.meshgrid([-0.7, 0.7], [-0.4, 0.4], [0.0, 0.75], indexing="ij")).reshape(3, 8).T
+    camera = look_at(*span(top, [Mark(corners=legs, colour=(0, 0, 0), text="table")]), azimuth_deg, (800, 600))
+    pixels = camera.project(legs)[:, :2]
+    assert ((pixels >= 0) & (pixels <= camera.size)).all()
+    alone = look_at(*span(top, []), azimuth_deg, (800, 600)).project(legs)[:, :2]
+    assert not ((alone >= 0) & (alone <= camera.size)).all()
