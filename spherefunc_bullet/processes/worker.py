@@ -11,6 +11,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -46,7 +47,7 @@ def start_process(
     ours, theirs = context().Pipe()
     arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level, memory_limit)
     process = context().Process(target=serve, args=arguments, daemon=True)
-    with _starting, one_thread():
+    with _starting, environment_of_server():
         process.start()
     theirs.close()
     return process, ours
@@ -68,14 +69,18 @@ def context():
 
 
 @contextmanager
-def one_thread() -> Iterator[None]:
-    """Have the server load its libraries for one thread each."""
-    before = {name: os.environ[name] for name in ONE_THREAD if name in os.environ}
-    os.environ.update(ONE_THREAD)
+def environment_of_server() -> Iterator[None]:
+    """Have the server load its libraries for one thread each, and from where this process does.
+
+    Python would look for them in the current folder first, whatever lies there.
+    """
+    wanted = ONE_THREAD if {"", os.getcwd()} & set(sys.path) else ONE_THREAD | {"PYTHONSAFEPATH": "1"}
+    before = {name: os.environ[name] for name in wanted if name in os.environ}
+    os.environ.update(wanted)
     try:
         yield
     finally:
-        for name in ONE_THREAD:
+        for name in wanted:
             os.environ.pop(name)
         os.environ.update(before)
 

@@ -232,6 +232,17 @@ def test_one_process_serves_all_files(models, script):
     assert len({row["provenance"]["process"] for row in json.loads(stdout)}) == 1
 
 
+def test_workers_load_nothing_that_lies_in_the_current_folder(models, script, tmp_path):
+    """As the console script itself does not, which Python would start workers differently from."""
+    models("one")
+    for name in ("numpy.py", "random.py", "spherefunc_bullet.py"):
+        (tmp_path / name).write_text("raise SystemExit('of the current folder')")
+    process = script("simulate", "one.npz", "--backend", "mishap", "--json")
+    stdout, stderr = process.communicate()
+    assert process.returncode == 0, stderr
+    assert [row["file"] for row in json.loads(stdout)] == ["one.npz"] and "current folder" not in stderr
+
+
 def test_bug_in_a_backend_is_a_traceback_and_code_one(models, script):
     models("bug")
     process = script("simulate", "bug.npz", "--backend", "mishap")
