@@ -22,6 +22,7 @@ from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WI
 from spherefunc_bullet.learning.profiles.columns import objects_on_table
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.use.coat import coat_over_back
 from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, places_to_sit
 from spherefunc_bullet.scenes.impairment.use.placing import upright_box
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
@@ -109,6 +110,33 @@ def test_headings_are_one(specimens, degrees):
     drops = settle(turned_cloud(table, np.radians(degrees)), "fast", (0.03,), 0, DROPS)[0.03]
     tree = turned_cloud(table, np.radians(degrees)).tree
     assert tree.query(drops.rests[drops.rests[:, 2] > 0.5])[0].max() < 0.035
+
+
+def armchair(heading_deg: float) -> trimesh.Trimesh:
+    """Return a chair with arms as long as the seat is deep, and a back that leans away from it by 22 degrees."""
+    back = trimesh.creation.box((0.6, 0.05, 0.55))
+    back.apply_transform(trimesh.transformations.rotation_matrix(np.radians(-22), [1, 0, 0]))
+    back.apply_translation((0, 0.38, 0.72))
+    bounds = [((-0.3, -0.3, 0.0), (0.3, 0.3, 0.45))]
+    bounds += [((x, -0.3, 0.0), (x + 0.1, 0.3, 0.68)) for x in (-0.4, 0.3)]
+    parts = [back, *(trimesh.creation.box(bounds=one) for one in bounds)]
+    turn = trimesh.transformations.rotation_matrix(np.radians(heading_deg), [0, 0, 1])
+    return trimesh.util.concatenate(parts).apply_transform(turn)
+
+
+@pytest.mark.parametrize("heading_deg", [0, 90, 180, 270])
+def test_a_coat_hangs_over_the_back_and_leaves_the_seat_free(heading_deg):
+    mesh = armchair(heading_deg)
+    chair = Specimen(cloud_from_mesh(mesh.vertices, mesh.faces, "armchair"), "sittable")
+    for seed in range(4):
+        coat = coat_over_back(chair, chair.level, chair.back, np.random.default_rng(seed))
+        cloth = trimesh.Trimesh(**trimesh.triangles.to_kwargs(coat)).subdivide_to_size(0.02).vertices
+        # The back begins 0.56 m behind the front of the seat; a coat is at most 4 cm thick.
+        front = (chair.cloud.points[:, :2] @ chair.back).min()
+        assert (cloth[:, :2] @ chair.back > front + 0.56 - 0.04).all()
+        # Three thicknesses at most: its own, off at a corner, and as much as the back leans within a strip (2 cm).
+        assert chair.cloud.tree.query(cloth)[0].max() < 0.12
+        assert np.ptp(cloth[:, 2]) > 0.3
 
 
 def test_every_kind_of_use_is_made(specimens):

@@ -8,7 +8,7 @@ wrong.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -28,12 +28,26 @@ from ..protocol import labels_of
 from .across_sources import described, kinds_of, print_report, report_of
 
 
-def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[Answer]]:
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What is kept of an answer, which itself holds the object's points."""
+
+    functions: frozenset[str]
+    scores: dict[str, float]
+    unsure: bool
+
+
+def verdict_of(answer: Answer) -> Verdict:
+    """Return what is kept of an answer."""
+    return Verdict(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
+
+
+def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[Verdict]]:
     """Return the objects that could be classified, and the answers; the others are failures."""
     objects, answers = [], []
     for item in progress(dataset.objects, len(dataset), "classifying"):
         try:
-            answers.append(classify(item.path, explain=False, **how))
+            answers.append(verdict_of(classify(item.path, explain=False, **how)))
         except InputError as error:
             failures.add(error)
         else:
@@ -41,7 +55,7 @@ def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dat
     return replace(dataset, objects=tuple(objects)), answers
 
 
-def row_of(item: DatasetObject, answer: Answer) -> dict[str, str]:
+def row_of(item: DatasetObject, answer: Verdict) -> dict[str, str]:
     """Return one answer beside the label."""
     return {
         "file": item.path.name,

@@ -8,16 +8,16 @@ import numpy as np
 
 from ...household.parts import solids
 from ..levels import Level, find_level
-from ..specimen import FUNCTIONS, NONE, Specimen, box, kinds, needs
+from ..specimen import FUNCTIONS, NONE, Specimen, kinds, needs
 from ..surfaces import Surface
 from ..tops import spiked
 from . import cups, sensed
+from .coat import coat_over_back
 from .placing import Placed, bag, book, small_object, upright_box, with_objects
 
 SPIKE = (0.06, 0.14)  # metres high, and
 PITCH = (0.05, 0.1)  # metres apart
 BESIDE = 0.5  # metres from one who sits to the next
-COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
 
 
 def centred(surface: Surface, seat: Level, triangles: np.ndarray, rng: np.random.Generator) -> Surface:
@@ -57,19 +57,7 @@ def with_coat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surf
     if specimen.back is None:
         heap = solids.ellipsoid(rng.uniform(0.25, 0.45), rng.uniform(0.2, 0.4), rng.uniform(0.06, 0.14))
         return surface.joined(Surface(np.asarray(heap.triangles) + [*seat.box.mean(axis=0), seat.height]))
-    above = surface.centres[surface.centres[:, 2] > seat.upper + 0.15]
-    low, high = above.min(axis=0), above.max(axis=0)
-    axis = int(np.abs(specimen.back).argmax())
-    middle, parts = (low + high) / 2, []
-    wide, thick, down = np.array(COAT) * rng.uniform(0.8, 1.3, 3)
-    for side in (low[axis] - thick, high[axis]):
-        start, end = middle - wide / 2, middle + wide / 2
-        start[axis], end[axis] = side, side + thick
-        start[2], end[2] = max(high[2] - down, seat.height + 0.03), high[2] + thick
-        parts.append(box(start, end))
-    start, end = middle - wide / 2, middle + wide / 2
-    start[axis], end[axis], start[2], end[2] = low[axis] - thick, high[axis] + thick, high[2], high[2] + thick
-    return surface.joined(Surface(np.concatenate([*parts, box(start, end)])))
+    return surface.joined(Surface(coat_over_back(specimen, seat, specimen.back, rng)))
 
 
 @needs("level", triangles=True)

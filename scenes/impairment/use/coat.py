@@ -1,0 +1,69 @@
+"""A jacket that hangs over the back of a seat, close to it in front and behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..levels import Level
+from ..specimen import Specimen, box
+
+COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
+STRIP = 0.05  # metres of height of which a back has one thickness
+THICKEST = 0.25  # metres of a back: what lies farther before its rear is an arm, or the seat
+
+
+def coat_over_back(specimen: Specimen, seat: Level, toward: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return the triangles (K, 3, 3) of a jacket that hangs over the middle of a back.
+
+    Parameters
+    ----------
+    toward : (2,) float
+        The way from the seat to the back, along x or y.
+    """
+    wide, thick, down = np.array(COAT) * rng.uniform(0.8, 1.3, 3)
+    across = np.abs(toward[::-1])
+    points = specimen.cloud.points
+    above = points[points[:, 2] > seat.upper + 0.15]
+    middle = np.median(above[:, :2] @ across)
+    sides = middle - wide / 2, middle + wide / 2
+    behind_coat = np.abs(above[:, :2] @ across - middle) < wide / 2
+    own = above[behind_coat] if behind_coat.any() else above
+    back, top = np.column_stack([own[:, :2] @ toward, own[:, 2]]), own[:, 2].max()
+    parts = []
+    for lower, upper, front, rear in strips(back, max(top - down, seat.height + 0.03)):
+        if upper == top:
+            parts.append((front - thick, rear + thick, top, top + thick))
+        parts += [(front - thick, front, lower, upper), (rear, rear + thick, lower, upper)]
+    return np.concatenate([slab(toward, across, part, sides) for part in parts])
+
+
+def strips(back: np.ndarray, lowest: float) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the strips of a back from its top down: lower and upper height, and where its front and its rear are.
+
+    Where a strip has nothing, as between slats, the coat goes on as it hung above.
+
+    Parameters
+    ----------
+    back : (N, 2) float
+        Distance towards the back, and height, metres.
+    """
+    upper = back[:, 1].max()
+    while upper > lowest:
+        lower = max(upper - STRIP, lowest)
+        own = back[(back[:, 1] >= lower) & (back[:, 1] <= upper), 0]
+        if len(own):
+            rear = own.max()
+            front = own[own > rear - THICKEST].min()
+        yield lower, upper, front, rear
+        upper = lower
+
+
+def slab(
+    toward: np.ndarray, across: np.ndarray, part: tuple[float, float, float, float], sides: tuple[float, float]
+) -> np.ndarray:
+    """Return a box's triangles, given where it begins and ends: towards the back, in height, and to the sides."""
+    front, rear, lower, upper = part
+    corners = np.array([[*(front * toward + sides[0] * across), lower], [*(rear * toward + sides[1] * across), upper]])
+    return box(corners.min(axis=0), corners.max(axis=0))
