@@ -129,7 +129,7 @@ def test_a_coat_hangs_over_the_back_and_leaves_the_seat_free(heading_deg):
     mesh = armchair(heading_deg)
     chair = Specimen(cloud_from_mesh(mesh.vertices, mesh.faces, "armchair"), "sittable")
     for seed in range(4):
-        coat = coat_over_back(chair, chair.level, chair.back, np.random.default_rng(seed))
+        coat = coat_over_back(chair, chair.level, np.random.default_rng(seed))
         cloth = trimesh.Trimesh(**trimesh.triangles.to_kwargs(coat)).subdivide_to_size(0.02).vertices
         # The back begins 0.56 m behind the front of the seat; a coat is at most 4 cm thick.
         front = (chair.cloud.points[:, :2] @ chair.back).min()

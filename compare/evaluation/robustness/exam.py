@@ -29,7 +29,7 @@ from .across_sources import described, kinds_of, print_report, report_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class KeptAnswer:
     """What is kept of an answer, which itself holds the object's points."""
 
     functions: frozenset[str]
@@ -37,17 +37,17 @@ class Verdict:
     unsure: bool
 
 
-def verdict_of(answer: Answer) -> Verdict:
+def kept_answer(answer: Answer) -> KeptAnswer:
     """Return what is kept of an answer."""
-    return Verdict(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
+    return KeptAnswer(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
 
 
-def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[Verdict]]:
+def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[KeptAnswer]]:
     """Return the objects that could be classified, and the answers; the others are failures."""
     objects, answers = [], []
     for item in progress(dataset.objects, len(dataset), "classifying"):
         try:
-            answers.append(verdict_of(classify(item.path, explain=False, **how)))
+            answers.append(kept_answer(classify(item.path, explain=False, **how)))
         except InputError as error:
             failures.add(error)
         else:
@@ -55,7 +55,7 @@ def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dat
     return replace(dataset, objects=tuple(objects)), answers
 
 
-def row_of(item: DatasetObject, answer: Verdict) -> dict[str, str]:
+def row_of(item: DatasetObject, answer: KeptAnswer) -> dict[str, str]:
     """Return one answer beside the label."""
     return {
         "file": item.path.name,

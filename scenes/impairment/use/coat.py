@@ -14,28 +14,22 @@ STRIP = 0.05  # metres of height of which a back has one thickness
 THICKEST = 0.25  # metres of a back: what lies farther before its rear is an arm, or the seat
 
 
-def coat_over_back(specimen: Specimen, seat: Level, toward: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return the triangles (K, 3, 3) of a jacket that hangs over the middle of a back.
-
-    Parameters
-    ----------
-    toward : (2,) float
-        The way from the seat to the back, along x or y.
-    """
+def coat_over_back(specimen: Specimen, seat: Level, rng: np.random.Generator) -> np.ndarray:
+    """Return the triangles (K, 3, 3) of a jacket that hangs over the middle of a seat's back."""
     wide, thick, down = np.array(COAT) * rng.uniform(0.8, 1.3, 3)
+    toward, points = specimen.back, specimen.cloud.points
     across = np.abs(toward[::-1])
-    points = specimen.cloud.points
     above = points[points[:, 2] > seat.upper + 0.15]
     middle = np.median(above[:, :2] @ across)
-    sides = middle - wide / 2, middle + wide / 2
-    behind_coat = np.abs(above[:, :2] @ across - middle) < wide / 2
-    own = above[behind_coat] if behind_coat.any() else above
-    back, top = np.column_stack([own[:, :2] @ toward, own[:, 2]]), own[:, 2].max()
-    parts = []
-    for lower, upper, front, rear in strips(back, max(top - down, seat.height + 0.03)):
-        if upper == top:
-            parts.append((front - thick, rear + thick, top, top + thick))
+    covered = np.abs(above[:, :2] @ across - middle) < wide / 2
+    own = above[covered] if covered.any() else above
+    back = np.column_stack([own[:, :2] @ toward, own[:, 2]])
+    hanging = list(strips(back, max(own[:, 2].max() - down, seat.height + 0.03)))
+    _, top, front, rear = hanging[0]
+    parts = [(front - thick, rear + thick, top, top + thick)]
+    for lower, upper, front, rear in hanging:
         parts += [(front - thick, front, lower, upper), (rear, rear + thick, lower, upper)]
+    sides = middle - wide / 2, middle + wide / 2
     return np.concatenate([slab(toward, across, part, sides) for part in parts])
 
 

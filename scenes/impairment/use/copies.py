@@ -57,7 +57,7 @@ def with_coat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surf
     if specimen.back is None:
         heap = solids.ellipsoid(rng.uniform(0.25, 0.45), rng.uniform(0.2, 0.4), rng.uniform(0.06, 0.14))
         return surface.joined(Surface(np.asarray(heap.triangles) + [*seat.box.mean(axis=0), seat.height]))
-    return surface.joined(Surface(coat_over_back(specimen, seat, specimen.back, rng)))
+    return surface.joined(Surface(coat_over_back(specimen, seat, rng)))
 
 
 @needs("level", triangles=True)
