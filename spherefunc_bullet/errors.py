@@ -88,6 +88,16 @@ def warn_renamed(old: str, new: str):
     warnings.warn(f"{old} is now {new}, and goes with the next version", DeprecationWarning, stacklevel=3)
 
 
+def renamed(old: str, new: str) -> property:
+    """Return a property that warns and returns a public attribute, under its old name."""
+
+    def read(self: object) -> Any:
+        warn_renamed(old, new)
+        return getattr(self, new)
+
+    return property(read)
+
+
 def attempt(function: Callable, task: tuple) -> Any:
     """Return what a function returns, or the InputError that it raises."""
     try:

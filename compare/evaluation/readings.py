@@ -83,10 +83,10 @@ class Profiled(Reading):
         weights = [{learnt.radius_[name]: 1.0} for name in functions]
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.checks is None:
-            return scores, weights, learnt.are_doubtful(scores)
+            return scores, weights, learnt.are_uncertain(scores)
         without, failing = self.checks.denied(fold.test, scores, functions)
         scores[without] = 0.0
-        return scores, weights, learnt.are_doubtful(scores) | failing
+        return scores, weights, learnt.are_uncertain(scores) | failing
 
 
 def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:

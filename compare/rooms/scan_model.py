@@ -125,7 +125,7 @@ def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClass
     copy_groups = CopyGroups(weights=np.ones(len(lessons)), groups=groups)
     profiles = model.profiles([one.record.settled for one in lessons])
     model.fit_profiles(profiles, members, functions, [one.name for one in lessons], copy_groups, taught)
-    model.fit_in_scenes(np.array([one.beside for one in lessons]), NAMES, members, taught)
+    model.fit_scene_forests(np.array([one.beside for one in lessons]), NAMES, members, taught)
     clear = np.flatnonzero(taught.all(axis=1))
     return model.keep(clear[examples_kept(members[clear].any(axis=1))])
 

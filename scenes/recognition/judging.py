@@ -59,7 +59,7 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     InputError
         If it has learnt other ones than these.
     """
-    scenes = model.in_scenes_ if isinstance(model, ProfileModel) else None
+    scenes = model.scene_forests_ if isinstance(model, ProfileModel) else None
     if scenes is None:
         return None
     if scenes.names != NAMES:
@@ -126,7 +126,7 @@ def classify_dropped(
     else:
         around = context.surroundings.of
         beside = [around(one.points, one.box.size, one.proposal.support) for one in parts]
-        predictions = context.model.memberships_in_scene(settled, np.array(beside))
+        predictions = context.model.scene_memberships(settled, np.array(beside))
     if context.bars is None:
         return predictions
     return [claiming(own, context.bars[one.proposal.by]) for own, one in zip(predictions, parts, strict=True)]

@@ -1,6 +1,6 @@
-"""What an object is for, from resting profiles: one forest per function, over the quantities of all radii.
+"""The classifier by resting profiles: one forest per function, over the quantities of all radii.
 
-Which classifier, and what it was measured against, docs/studies.md says.
+The choice of classifier, and what it was compared with, is in docs/studies.md.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
-from ..errors import warn_renamed
+from ..errors import renamed
 from ..function_model import THRESHOLD
 from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
@@ -20,20 +20,20 @@ from .classifier import Alias, CloudClassifier, require_alike, simulator_named
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import (
-    AS_VOTED,
-    UNSURE,
-    Band,
+    DEFAULT_UNSURE_RANGE,
+    UNCALIBRATED,
+    Calibration,
     CopyGroups,
-    Line,
+    ScoreRange,
     calibrated,
-    calibration_line,
-    even_sources,
+    equal_source_weights,
+    fit_calibration,
+    fit_weighted,
     group_copies,
-    grown_on,
     held_out_votes,
-    unsure_band,
+    unsure_range,
 )
-from .profiles.forest import Forest, SceneForests, forest_of
+from .profiles.forest import Forest, SceneForests, forest_from_sklearn
 from .profiles.profile_model import ProfileModel
 from .validation import quality
 
@@ -44,24 +44,24 @@ TREES = 200
 
 
 class FunctionClassifier(ProfileModel, CloudClassifier):
-    """Learn functions from labelled clouds, and tell those of others: several, or none.
+    """Learn functions from labelled clouds and predict those of others: several, or none.
 
     Parameters
     ----------
     simulator : str or Simulator
         A registered backend's name, or a simulator; ``backend=`` is the same.
     radii : sequence of float
-        Of the spheres, metres; the quantities of all of them count together.
+        Of the spheres, metres; the forests use the quantities of all radii together.
     drops : int
         Spheres dropped on an object at each radius.
     early_drops : int
-        Spheres after which an answer is given if it is sure, without dropping the others; 0: always drop all.
+        Spheres after which an answer is given if it is sure, without dropping the rest; 0: always drop all.
     estimator : classifier, optional
         One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int
         Of the drops.
     random_state : int
-        Of the forests; with another estimator, its own counts.
+        Of the forests; another estimator has its own.
     cache : bool
         Whether spheres that have fallen on the same cloud before are looked up in the user's cache.
 
@@ -69,23 +69,23 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     ----------
     functions_ : tuple of str
     forests_ : list of Forest, classifier or None
-        One for each function, a classifier where ``estimator`` is none of extremely random trees; None where all
-        training objects have the function or none has.
-    lines_ : list of (float, float)
-        What makes a probability of each one's votes, see `calibration`.
+        One for each function; the fitted estimator where ``estimator`` is no `ExtraTreesClassifier`; None where all
+        training objects have the function, or none has.
+    calibrations_ : list of (float, float)
+        Slope and offset that turn the votes of each forest into probabilities, see `fit_calibration`.
     radius_ : dict of str to float
-        The radius whose quantities count most for each function, metres; the largest where that is not known.
+        The radius whose quantities are most important for each function, metres; the largest where that is unknown.
     profiles_ : (N, R * Q) float
-        The training objects' quantities, radius by radius.
+        Quantities of the training objects, radius by radius.
     members_ : (N, F) bool
     names_ : list of str
-        What the training objects are called.
+        Names of the training objects.
     copy_groups_ : CopyGroups
-        Which of them are changed copies of others.
+        Which of them are copies of others.
     early_ : FunctionClassifier or None
-        What was learnt from the first drops alone, by `fit` and `fit_settled`.
-    familiar_ : float
-        How far from all training objects an object may be to count as one of their kind; see `Ranks`.
+        The classifier fitted to the first drops alone, by `fit` and `fit_settled`.
+    familiar_distance_ : float
+        Largest distance to the nearest training object at which an object counts as familiar; see `Ranks`.
     """
 
     def __init__(
@@ -110,11 +110,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.random_state = random_state
         self.cache = cache
 
-    @property
-    def kin_(self) -> CopyGroups:
-        """The same as ``copy_groups_``, under its old name."""
-        warn_renamed("FunctionClassifier.kin_", "copy_groups_")
-        return self.copy_groups_
+    kin_ = renamed("FunctionClassifier.kin_", "copy_groups_")
+    lines_ = renamed("FunctionClassifier.lines_", "calibrations_")
+    familiar_ = renamed("FunctionClassifier.familiar_", "familiar_distance_")
 
     def fit_settled(
         self,
@@ -124,16 +122,16 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         originals: Sequence[str] | None = None,
         sources: Sequence[str] | None = None,
     ) -> FunctionClassifier:
-        """Learn from drops: per object those of each radius, as `settle` returns them.
+        """Learn from the drops of each object by radius, as `settle` returns them.
 
         Parameters
         ----------
         originals : sequence of str, optional
-            What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
-            a tenth, and never tell how sure to be of their original.
+            Name in ``names`` of the object that each is a copy of; empty for originals. Copies weigh a tenth, and do
+            not take part in the calibration.
         sources : sequence of str, optional
-            Who made each object, empty for what is always learnt. How sure to be is then known from the objects of each
-            source, and copies of them, when nothing of that source is learnt.
+            Source of each object, empty for objects that are always learnt. The calibration then holds out one source
+            after another, with all copies of its objects.
         """
         settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
@@ -141,29 +139,29 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         copy_groups = group_copies(names, originals or [""] * len(names), sources)
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, copy_groups)
         if 0 < self.early_drops < self.drops:
-            first = [first_drops(one, self.early_drops) for one in settled]
+            first = [first_drops(drops, self.early_drops) for drops in settled]
             self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals, sources)
-        return self._know()
+        return self._set_familiar_distance()
 
     def add_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
     ) -> FunctionClassifier:
-        """Learn from more objects: all examples are kept, and forests are grown anew from all of them.
+        """Learn from more objects: the forests are fitted again to all examples.
 
-        What was learnt of scans is given up, since nothing surrounds these.
+        The forests for scans are discarded, since these objects have no surroundings.
         """
         check_is_fitted(self, "members_")
-        self.in_scenes_, settled = None, typed_drops(settled)
+        self.scene_forests_, settled = None, typed_drops(settled)
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
         copy_groups = self.copy_groups_.with_more(len(names))
         self.fit_profiles(profiles, members, functions, [*self.names_, *names], copy_groups)
         if self.early_ is not None:
-            self.early_.add_settled([first_drops(one, self.early_.drops) for one in settled], y, names)
-        return self._know()
+            self.early_.add_settled([first_drops(drops, self.early_.drops) for drops in settled], y, names)
+        return self._set_familiar_distance()
 
     def of_drops(self, count: int) -> FunctionClassifier:
-        """Return one that is not fitted, of so many drops, that tells nothing sooner."""
+        """Return an unfitted copy for this number of drops, without early answers."""
         return clone(self).set_params(drops=count, early_drops=0)
 
     def fit_profiles(
@@ -173,14 +171,14 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         functions: Sequence[str],
         names: Sequence[str],
         copy_groups: CopyGroups | None = None,
-        taught: np.ndarray | None = None,
+        labelled: np.ndarray | None = None,
     ) -> FunctionClassifier:
-        """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool.
+        """Learn from quantities (N, R * Q), as `profiles` returns them, and memberships (N, F) bool.
 
         Parameters
         ----------
-        taught : (N, F) bool, optional
-            Which object is an example of which function's members or others; without it, each is of all.
+        labelled : (N, F) bool, optional
+            Whether the membership of an object in a function is known; by default all are.
         """
         from sklearn.ensemble import ExtraTreesClassifier
 
@@ -188,35 +186,37 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.profiles_, self.members_ = profiles, members
         self.copy_groups_ = group_copies(self.names_, [""] * len(self.names_)) if copy_groups is None else copy_groups
         base = forest(self.random_state) if self.estimator is None else self.estimator
-        columns = list(zip(members.T, (np.ones_like(members) if taught is None else taught).T, strict=True))
-        grown = [self._grown(base, *column) for column in columns]
-        self.forests_ = [forest_of(one) if isinstance(one, ExtraTreesClassifier) else one for one in grown]
-        held_out = [self._held_out(base, *column) for column in columns]
-        self.lines_ = [self._line(votes, column) for votes, column in zip(held_out, members.T, strict=True)]
-        self.held_out_ = held_out
-        self.bands_ = {
-            name: self._band(votes, line, column)
-            for name, votes, line, column in zip(self.functions_, held_out, self.lines_, members.T, strict=True)
-        }
-        self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
+        tasks = list(zip(members.T, (np.ones_like(members) if labelled is None else labelled).T, strict=True))
+        fitted = [self._fit_function(base, *task) for task in tasks]
+        self.forests_ = [
+            forest_from_sklearn(each) if isinstance(each, ExtraTreesClassifier) else each for each in fitted
+        ]
+        self.held_out_ = [self._held_out(base, *task) for task in tasks]
+        pairs = list(zip(self.held_out_, members.T, strict=True))
+        self.calibrations_ = [self._calibration(*pair) for pair in pairs]
+        ranges = [
+            self._unsure_range(*pair, calibration) for pair, calibration in zip(pairs, self.calibrations_, strict=True)
+        ]
+        self.unsure_ranges_ = dict(zip(functions, ranges, strict=True))
+        self.radius_ = {name: self._radius(classifier) for name, classifier in zip(functions, fitted, strict=True)}
         return self
 
-    def fit_in_scenes(
-        self, beside: np.ndarray, names: Sequence[str], members: np.ndarray, taught: np.ndarray
+    def fit_scene_forests(
+        self, surroundings: np.ndarray, names: Sequence[str], members: np.ndarray, labelled: np.ndarray
     ) -> FunctionClassifier:
-        """Learn from what surrounds the training objects (N, S), by its names, as well; see `ProfileModel`.
+        """Fit forests that also use the surroundings (N, S) of the training objects; see `ProfileModel`.
 
         Parameters
         ----------
-        members, taught : (N, F) bool
-            See `fit_profiles`, which comes first.
+        members, labelled : (N, F) bool
+            See `fit_profiles`, which must be called first.
         """
-        both = clone(self).fit_profiles(
-            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.copy_groups_, taught
-        )
-        forests = [one.to_float32() for one in both.forests_ if isinstance(one, Forest)]
-        if len(forests) == len(self.functions_):  # else some function is all examples', or none's
-            self.in_scenes_ = SceneForests(names=tuple(names), forests=forests, lines=both.lines_)
+        features = np.hstack([self.profiles_, surroundings])
+        how = self.functions_, self.names_, self.copy_groups_, labelled
+        both = clone(self).fit_profiles(features, members, *how)
+        forests = [each.to_float32() for each in both.forests_ if isinstance(each, Forest)]
+        if len(forests) == len(self.functions_):  # else all examples have some function, or none has
+            self.scene_forests_ = SceneForests(names=tuple(names), forests=forests, calibrations=both.calibrations_)
         return self
 
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
@@ -224,66 +224,65 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         check_is_fitted(self, "members_")
         return super().score_settled(typed_drops(settled), any_heading=any_heading)
 
-    def _radius(self, grown: ClassifierMixin | None) -> float:
-        """Return the radius whose quantities count most in a classifier, metres."""
-        count = len(self.radii) * len(self.quantities)  # what surrounds objects, which comes after, is of no radius
-        weights = getattr(grown, "feature_importances_", np.zeros(count))[:count]
+    def _radius(self, fitted: ClassifierMixin | None) -> float:
+        """Return the radius whose quantities are most important to a classifier, metres."""
+        count = len(self.radii) * len(self.quantities)  # the surroundings, which follow, belong to no radius
+        weights = getattr(fitted, "feature_importances_", np.zeros(count))[:count]
         by_radius = dict(zip(self.radii, weights.reshape(len(self.radii), -1).sum(axis=1), strict=True))
         return max(sorted(by_radius, reverse=True), key=by_radius.get)
 
     def held_out_f_measures(self) -> dict[str, float | None]:
-        """Return each function's F-measure on training objects held out in three folds; None of too few examples.
+        """Return the F-measure of each function on held-out training objects, in three folds; None of too few examples.
 
-        Only a classifier that was fitted in this process knows; of one that was read from a file there are none.
+        Only a classifier that was fitted in this process has them, not one that was read from a file.
         """
         held_out = getattr(self, "held_out_", [None] * len(self.functions_))
         return {
-            name: None if votes is None else self._f_measure(calibrated(votes, line), column)
-            for name, votes, line, column in zip(self.functions_, held_out, self.lines_, self.members_.T, strict=True)
+            name: None if votes is None else self._f_measure(calibrated(votes, calibration), column)
+            for name, votes, calibration, column in zip(
+                self.functions_, held_out, self.calibrations_, self.members_.T, strict=True
+            )
         }
 
-    def _grown(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> ClassifierMixin | None:
-        """Return a classifier of one function, grown on its examples; None where all have it or none has."""
-        own = np.flatnonzero(taught)
-        if members[own].all() or not members[own].any():
+    def _fit_function(self, base: ClassifierMixin, members: np.ndarray, labelled: np.ndarray) -> ClassifierMixin | None:
+        """Return a classifier fitted to the labelled examples of one function; None where all have it, or none has."""
+        rows = np.flatnonzero(labelled)
+        if members[rows].all() or not members[rows].any():
             return None
-        return grown_on(base, self.profiles_[own], members[own], self.copy_groups_.of(own))
+        return fit_weighted(base, self.profiles_[rows], members[rows], self.copy_groups_.of(rows))
 
-    def _held_out(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> np.ndarray | None:
-        """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples.
-
-        What is no example of the function has none: not a number.
-        """
-        own = np.flatnonzero(taught)
-        copy_groups = self.copy_groups_.of(own)
-        if min(len(set(copy_groups.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
+    def _held_out(self, base: ClassifierMixin, members: np.ndarray, labelled: np.ndarray) -> np.ndarray | None:
+        """Return the held-out votes (N,) of one function, NaN where it is not labelled; None for too few examples."""
+        rows = np.flatnonzero(labelled)
+        copy_groups = self.copy_groups_.of(rows)
+        if min(len(set(copy_groups.groups[side])) for side in (members[rows], ~members[rows])) < 2:
             return None
         votes = np.full(len(members), np.nan)
-        votes[own] = held_out_votes(base, self.profiles_[own], members[own], copy_groups, self.random_state)
+        votes[rows] = held_out_votes(base, self.profiles_[rows], members[rows], copy_groups, self.random_state)
         return votes
 
-    def _line(self, votes: np.ndarray | None, members: np.ndarray) -> Line:
-        """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
+    def _calibration(self, votes: np.ndarray | None, members: np.ndarray) -> Calibration:
+        """Return the calibration of the votes for one function; none for too few examples."""
         if votes is None:
-            return AS_VOTED
-        asked = ((self.copy_groups_.weights == 1) | self.copy_groups_.has_sources) & ~np.isnan(votes)
-        return calibration_line(votes[asked], members[asked])
+            return UNCALIBRATED
+        rows = ((self.copy_groups_.weights == 1) | self.copy_groups_.has_sources) & ~np.isnan(votes)
+        return fit_calibration(votes[rows], members[rows])
 
-    def _band(self, votes: np.ndarray | None, line: Line, members: np.ndarray) -> Band:
-        """Return between which scores one function is unsure: what is known where sources can be left out.
+    def _unsure_range(self, votes: np.ndarray | None, members: np.ndarray, calibration: Calibration) -> ScoreRange:
+        """Return the range of scores in which one function is unsure, measured where sources can be held out.
 
-        Of these each counts alike, whoever made many objects.
+        All sources count equally, however many objects they have.
         """
         if votes is None or not self.copy_groups_.has_sources:
-            return UNSURE
-        asked = ~np.isnan(votes)
-        weights = even_sources(self.copy_groups_.sources[asked])
-        return unsure_band(calibrated(votes[asked], line), members[asked], weights)
+            return DEFAULT_UNSURE_RANGE
+        rows = ~np.isnan(votes)
+        weights = equal_source_weights(self.copy_groups_.sources[rows])
+        return unsure_range(calibrated(votes[rows], calibration), members[rows], weights)
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
-        """Return the F-measure of scores (N,) on the training objects that are no copies."""
-        whole = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
-        return quality(members[whole], scores[whole] > THRESHOLD).f_measure
+        """Return the F-measure of scores (N,) on the original training objects."""
+        originals = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
+        return quality(members[originals], scores[originals] > THRESHOLD).f_measure
 
 
 def forest(random_state: int) -> ExtraTreesClassifier:

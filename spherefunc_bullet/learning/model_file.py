@@ -23,7 +23,7 @@ from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
 from ..settling.dropping import Dropping
 from ..simulator import Simulator, backend_names, make_simulator
-from .profiles.arrays import EARLY, KeptModel, fill_early, fill_profiles, fitting_together, profiles_kept
+from .profiles.arrays import EARLY, FileModel, fill_early, fill_profiles, profile_parts, refusing_damage
 from .profiles.forest import of_prefix
 from .profiles.profile_model import PROFILE
 
@@ -89,7 +89,7 @@ def save_model(model: CloudClassifier, path: str | Path):
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
     }
     arrays = {"members": model.members_, "names": np.array(model.names_)}
-    more, parts = cubes_kept(model) if isinstance(model, CubeClassifier) else profiles_kept(model)
+    more, parts = cubes_kept(model) if isinstance(model, CubeClassifier) else profile_parts(model)
     about |= more
     with writing(Path(path)), open(path, "wb") as file:
         np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
@@ -112,7 +112,7 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     if os.path.isfile(path) and path.stat().st_mtime_ns != changed:
         raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
     model = read_model(path, backend, rebuilt_for_inference)
-    if isinstance(model, KeptModel):
+    if isinstance(model, FileModel):
         model.origin = (kept_model, (path, backend, changed))
     return model
 
@@ -189,7 +189,7 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
 def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
     """Return a file's model, made in one of two ways of what the file holds; see `load_model`."""
     require_file(Path(path))
-    with fitting_together(path):
+    with refusing_damage(path):
         arrays = Archive(Path(path).read_bytes())
         about = json.loads(str(arrays["about"]))
         check_about(about, path, backend)
@@ -224,12 +224,12 @@ def rebuilt_for_inference(about: About, arrays: Arrays, path: str | Path) -> Fun
     if about["method"]["name"] != PROFILE:
         return rebuilt_for_training(about, arrays, path)
     how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
-    model = KeptModel(arrays, path, **how, drops=int(about["method"]["drops"]))
+    model = FileModel(arrays, path, **how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     if "early" in about:
         parts, drops = of_prefix(arrays, EARLY), int(about["early"]["method"]["drops"])
-        fill_early(model, KeptModel(parts, path, **how, drops=drops), about, parts)
+        fill_early(model, FileModel(parts, path, **how, drops=drops), about, parts)
     return model
 
 

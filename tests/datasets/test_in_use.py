@@ -18,7 +18,7 @@ from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
 from spherefunc_bullet.datasets.dataset import DatasetObject, sources_of
-from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
+from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST_MARGIN, unsure_range
 from spherefunc_bullet.learning.profiles.columns import objects_on_table
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
@@ -199,12 +199,12 @@ def test_corruptions_are_the_same_again(kind):
 def test_an_unsure_band_keeps_the_wrong_inside():
     members = np.arange(1000) < 500
     scores = np.where(members, 0.95, 0.05)
-    assert unsure_band(scores, members) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
+    assert unsure_range(scores, members) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
     wrong = scores.copy()
     wrong[:20], wrong[-20:] = 0.2, 0.8  # two per cent either way: more than may be wrong and sure
-    low, high = unsure_band(wrong, members)
+    low, high = unsure_range(wrong, members)
     assert low <= 0.2 and high >= 0.8
-    assert unsure_band(1 - scores, members) == pytest.approx((0.5 - WIDEST, 0.5 + WIDEST))
+    assert unsure_range(1 - scores, members) == pytest.approx((0.5 - WIDEST_MARGIN, 0.5 + WIDEST_MARGIN))
 
 
 def test_rates_are_counted_by_kind_and_severity():

@@ -9,7 +9,13 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.tree import DecisionTreeClassifier
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, CopyGroups, group_copies, grown_on, held_out_votes
+from spherefunc_bullet.learning.profiles.calibration import (
+    UNCALIBRATED,
+    CopyGroups,
+    fit_weighted,
+    group_copies,
+    held_out_votes,
+)
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
 
@@ -19,7 +25,7 @@ def test_ten_copies_weigh_as_much_as_their_original():
     originals = ["", "", "", *["works"] * 10]
     places = np.array([0.0, 1.0, 2.0, *[0.0] * 10])[:, None]  # the copies are where their original is
     members = np.array([True, True, *[False] * 11])  # either side weighs two originals, so nothing is balanced
-    tree = grown_on(DecisionTreeClassifier(random_state=0), places, members, group_copies(names, originals))
+    tree = fit_weighted(DecisionTreeClassifier(random_state=0), places, members, group_copies(names, originals))
     assert tree.predict_proba([[0.0]])[0].tolist() == pytest.approx([0.5, 0.5])
 
 
@@ -28,7 +34,7 @@ def test_members_weigh_as_much_as_all_others(copied):
     """One member among nine others, where all look the same: undecided, copies or none."""
     count = 10 + 5 * copied
     names, originals = [str(k) for k in range(count)], ["" if k < 10 else "0" for k in range(count)]
-    tree = grown_on(
+    tree = fit_weighted(
         DecisionTreeClassifier(), np.zeros((count, 1)), np.arange(count) % 10 == 0, group_copies(names, originals)
     )
     assert tree.predict_proba([[0.0]])[0].tolist() == pytest.approx([0.5, 0.5])
@@ -66,7 +72,7 @@ def test_copies_do_not_decide_what_a_vote_means(contrary):
     members = (random.uniform(size=80) < profiles[:, 0])[:, None]
     names, model = [str(k) for k in range(80)], FunctionClassifier(radii=(0.02,), estimator=Seer())
     alone = model.fit_profiles(profiles, members, ["cup"], names)
-    lines, measured = alone.lines_, alone.held_out_f_measures()
+    lines, measured = alone.calibrations_, alone.held_out_f_measures()
     copies = [f"{name}, copied" for name in names]
     both = model.fit_profiles(
         np.vstack([profiles, profiles]),
@@ -75,7 +81,7 @@ def test_copies_do_not_decide_what_a_vote_means(contrary):
         names + copies,
         group_copies(names + copies, [""] * 80 + names),
     )
-    assert both.lines_ == lines and both.held_out_f_measures() == measured
+    assert both.calibrations_ == lines and both.held_out_f_measures() == measured
     assert 0.6 < measured["cup"] < 0.9  # of votes that are probabilities, and so not always right
 
 
@@ -93,4 +99,4 @@ def test_one_example_of_a_function_is_too_few_to_say_how_sure_to_be():
     for members in ([True, False, False], [True, True, False]):
         model = FunctionClassifier(radii=(0.02,), estimator=Seer())
         model.fit_profiles(profiles, np.array(members)[:, None], ["cup"], ["a", "b", "c"])
-        assert model.held_out_f_measures() == {"cup": None} and model.lines_ == [AS_VOTED]
+        assert model.held_out_f_measures() == {"cup": None} and model.calibrations_ == [UNCALIBRATED]

@@ -12,7 +12,7 @@ import pytest
 from spherefunc_bullet.function_model import Reading
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import group_copies
-from spherefunc_bullet.learning.profiles.profile_model import COMPARED_COPIES, FAMILIAR
+from spherefunc_bullet.learning.profiles.profile_model import EVERY_NTH_COPY, FAMILIAR
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.words import DECIDING, cells_of, deciding, met, nearest, sentences, with_unit
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
@@ -65,7 +65,7 @@ def test_fewer_than_five_spheres_of_all_radii_say_little(model, stays):
 def test_but_for_one_in_a_hundred_training_objects_are_like_others(model):
     distances = model.distances(model.profiles_)
     np.fill_diagonal(distances, np.inf)
-    assert np.sum(distances.min(axis=1) > model.familiar_) == 1 == np.ceil((1 - FAMILIAR) * 40)
+    assert np.sum(distances.min(axis=1) > model.familiar_distance_) == 1 == np.ceil((1 - FAMILIAR) * 40)
     assert not model.doubts(read(model, 1.0, height=0.555))
     assert "unlike all 40 training objects" in model.doubts(read(model, 1.0, height=0.555, stays=12))[0]
 
@@ -105,7 +105,7 @@ def test_distances_are_from_what_is_learnt_now(model):
 def test_of_copies_every_fifth_is_compared_with_and_the_first_always(copies):
     names = [*"ab", *map(str, range(copies))]
     model = SimpleNamespace(copy_groups_=group_copies(names, ["", ""] + ["a"] * copies))
-    assert FunctionClassifier.compared.fget(model).tolist() == [0, 1, *range(2, 2 + copies, COMPARED_COPIES)]
+    assert FunctionClassifier.references.fget(model).tolist() == [0, 1, *range(2, 2 + copies, EVERY_NTH_COPY)]
 
 
 def test_what_decides_loses_its_share_when_it_is_as_usual(model):

@@ -13,7 +13,7 @@ from spherefunc_bullet.answer import classify
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.clouds.preparation import turned_cloud
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.profile_model import hangs_on_few
+from spherefunc_bullet.learning.profiles.profile_model import depends_on_few_spheres
 from spherefunc_bullet.settling.drops import Drops, RunLimit, drops_from_rows, first_drops
 
 RADIUS = 0.02
@@ -68,11 +68,11 @@ def test_all_drops_are_made_where_there_is_no_early_answer():
 
 @pytest.mark.parametrize(("stays", "apart", "few"), [(0, 2, False), (1, 2, True), (4, 2, True), (5, 2, False)])
 def test_few_spheres_where_there_is_room_for_many_decide_nothing(stays, apart, few):
-    assert hangs_on_few(spread(stays, apart)) == few
+    assert depends_on_few_spheres(spread(stays, apart)) == few
 
 
 def test_few_spheres_on_what_has_no_room_for_more_decide():
-    assert not hangs_on_few(spread(2, apart=0.5))
+    assert not depends_on_few_spheres(spread(2, apart=0.5))
 
 
 def spread(stays: int, apart: float) -> Drops:

@@ -13,18 +13,18 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.any_pose import PoseFunctions, best_poses
 from spherefunc_bullet.learning.profiles.calibration import (
-    ERROR,
+    ALLOWED_ERROR,
+    DEFAULT_UNSURE_RANGE,
     UNCERTAIN_MARGIN,
-    UNSURE,
-    WIDEST,
+    WIDEST_MARGIN,
     CopyGroups,
     calibrated,
-    calibration_line,
-    even_sources,
+    equal_source_weights,
+    fit_calibration,
     group_copies,
     held_out_votes,
     log_odds,
-    unsure_band,
+    unsure_range,
 )
 from spherefunc_bullet.learning.profiles.columns import (
     CELL,
@@ -137,43 +137,47 @@ def test_who_comes_later_is_nobodys_copy_and_of_no_source():
 
 def test_bands_leave_no_more_wrong_and_sure_than_may_be():
     """Of 1,000 answers three either way; where there are fewer members than that, all of them may be missed."""
-    allowed, members = int(ERROR * 1000), np.arange(1000) < 400
+    allowed, members = int(ALLOWED_ERROR * 1000), np.arange(1000) < 400
     scores = np.where(members, 0.9, 0.1)
     scores[: allowed + 1], scores[-allowed - 1 :] = (
         np.linspace(0.2, 0.23, allowed + 1),
         np.linspace(0.8, 0.77, allowed + 1),
     )
-    assert UNSURE[0] < 0.5 < UNSURE[1] and sum(UNSURE) == pytest.approx(1)  # where nobody knows: either side alike
-    low, high = unsure_band(scores, members)
+    assert DEFAULT_UNSURE_RANGE[0] < 0.5 < DEFAULT_UNSURE_RANGE[1] and sum(DEFAULT_UNSURE_RANGE) == pytest.approx(
+        1
+    )  # where nobody knows: either side alike
+    low, high = unsure_range(scores, members)
     assert (scores[members] < low).sum() == (scores[~members] > high).sum() == allowed
     assert (low, high) == pytest.approx((0.23, 0.77))
     few = np.arange(1000) < allowed
-    assert unsure_band(np.zeros(1000), few) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
-    assert unsure_band(np.ones(1000), ~few)[1] == pytest.approx(0.5 + UNCERTAIN_MARGIN)
-    assert unsure_band(np.where(members, 0.0, 1.0), members) == pytest.approx((0.5 - WIDEST, 0.5 + WIDEST))
+    assert unsure_range(np.zeros(1000), few) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
+    assert unsure_range(np.ones(1000), ~few)[1] == pytest.approx(0.5 + UNCERTAIN_MARGIN)
+    assert unsure_range(np.where(members, 0.0, 1.0), members) == pytest.approx(
+        (0.5 - WIDEST_MARGIN, 0.5 + WIDEST_MARGIN)
+    )
 
 
 def test_every_source_counts_alike_in_a_band():
     """Fifty of the 10,000 objects of a large source are more than may be missed of all, but not of two sources."""
-    weights = even_sources(np.repeat([0, 1], [10_000, 1_000]))
+    weights = equal_source_weights(np.repeat([0, 1], [10_000, 1_000]))
     assert weights[:10_000].sum() == pytest.approx(weights[10_000:].sum())
     scores, members = np.full(11_000, 0.9), np.ones(11_000, bool)
     scores[:50], scores[50:100] = 0.1, 0.2
-    assert unsure_band(scores, members)[0] == pytest.approx(0.1)
-    assert unsure_band(scores, members, weights)[0] == pytest.approx(0.2)
+    assert unsure_range(scores, members)[0] == pytest.approx(0.1)
+    assert unsure_range(scores, members, weights)[0] == pytest.approx(0.2)
 
 
 def test_votes_that_are_probabilities_stay_and_others_come_near_them():
     random, shares = RANDOM(0), np.linspace(0.05, 0.95, 19)
     truth = np.tile(shares, 400)
     members = random.uniform(size=len(truth)) < truth
-    slope, offset = calibration_line(truth, members)
+    slope, offset = fit_calibration(truth, members)
     assert (slope, offset) == pytest.approx((1, 0), abs=0.1)  # thrice the error of some thousand coins
     timid = calibrated(truth, (0.5, 0.4))
-    assert calibrated(timid, calibration_line(timid, members)) == pytest.approx(truth, abs=0.03)
-    few = calibration_line(np.array([0.6, 0.4]), np.array([True, False]))
+    assert calibrated(timid, fit_calibration(timid, members)) == pytest.approx(truth, abs=0.03)
+    few = fit_calibration(np.array([0.6, 0.4]), np.array([True, False]))
     assert few[1] == pytest.approx(0, abs=1e-3) and 1 < few[0] < 1.2  # two examples change little
-    assert calibration_line(1 - np.array([0.6, 0.4]), np.array([True, False]))[0] < 1
+    assert fit_calibration(1 - np.array([0.6, 0.4]), np.array([True, False]))[0] < 1
     assert log_odds(np.array([0.0, 0.5, 1.0])) == pytest.approx([-np.log(99), 0, np.log(99)])
     for line in ((1e9, 0.0), (1.0, -1e9)):
         assert np.isfinite(calibrated(np.array([0.0, 0.3]), line)).all()

@@ -29,11 +29,11 @@ from spherefunc_bullet.learning.model_file import (
     shipped_model,
 )
 from spherefunc_bullet.learning.profiles.calibration import (
-    UNSURE,
+    DEFAULT_UNSURE_RANGE,
     group_copies,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of
-from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, forest_of, kept_forests, rebuilt_forests
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, forest_arrays, forest_from_sklearn, rebuilt_forests
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
@@ -188,10 +188,12 @@ def test_trees_that_lead_nowhere_are_refused():
 def test_files_leave_out_what_follows_from_the_rest():
     """The children's places, but for trees in another order; votes of nodes that nobody ends in are 0."""
     X = RANDOM(0).uniform(size=(80, 3))
-    grown = forest_of(ExtraTreesClassifier(7, random_state=0).fit(X, X.sum(axis=1) + 0.3 * X[:, 0] ** 2 > 1.6))
+    grown = forest_from_sklearn(
+        ExtraTreesClassifier(7, random_state=0).fit(X, X.sum(axis=1) + 0.3 * X[:, 0] ** 2 > 1.6)
+    )
     other = replace(grown, below=np.where(grown.feature == LEAF, 0, grown.below).astype(np.int32))
     assert (grown.vote[grown.feature != LEAF] == 0).all()
-    kept = kept_forests([grown, None, other])
+    kept = forest_arrays([grown, None, other])
     assert "below_0" not in kept and "below_2" in kept
     for one, again in zip([grown, None, other], rebuilt_forests(kept, 3), strict=True):
         assert again is None or all(np.array_equal(again.arrays()[name], own) for name, own in one.arrays().items())
@@ -226,18 +228,18 @@ def in_scenes() -> FunctionClassifier:
         high = heights > 0.6
         model.fit_settled([shelves(h) for h in heights], ["high" if h else "none" for h in high], [*map(str, heights)])
         members = np.column_stack([high | (wall[:, 0] > 0)])
-        return model.fit_in_scenes(wall, ["wall"], members, np.ones_like(members))
+        return model.fit_scene_forests(wall, ["wall"], members, np.ones_like(members))
 
 
 def test_what_surrounds_an_object_counts_where_it_was_learnt(in_scenes, tmp_path):
     low, wall = [shelves(0.25), shelves(0.25)], np.array([[0.0], [1.0]])
-    scores = [one["high"].score for one in in_scenes.memberships_in_scene(low, wall)]
+    scores = [one["high"].score for one in in_scenes.scene_memberships(low, wall)]
     assert scores[0] < 0.3 and scores[1] > scores[0] + 0.15
     save_model(in_scenes, tmp_path / "model.npz")
     for again in (load_model(tmp_path / "model.npz"), inference_model(tmp_path / "model.npz", None)):
         for model in (again, again.only("high")):
-            assert [one["high"].score for one in model.memberships_in_scene(low, wall)] == scores
-    assert in_scenes.in_scenes_.scores(np.empty((0, 60)), np.empty((0, 1))).shape == (0, 1)
+            assert [one["high"].score for one in model.scene_memberships(low, wall)] == scores
+    assert in_scenes.scene_forests_.scores(np.empty((0, 60)), np.empty((0, 1))).shape == (0, 1)
 
 
 @pytest.mark.parametrize("beyond", [False, True])
@@ -255,10 +257,10 @@ def test_trees_over_more_quantities_than_there_are_are_refused(in_scenes, tmp_pa
 
 
 def test_a_function_is_unsure_between_the_scores_that_were_learnt(in_scenes):
-    model = SimpleNamespace(functions_=("high", "low"), bands_={"high": (0.2, 0.9)})
-    model.band = lambda name: FunctionClassifier.band(model, name)
+    model = SimpleNamespace(functions_=("high", "low"), unsure_ranges_={"high": (0.2, 0.9)})
+    model.unsure_range = lambda name: FunctionClassifier.unsure_range(model, name)
     asked = np.array([[0.2, 0.0], [0.21, 0.0], [0.9, 0.4], [0.95, 0.41], [0.95, 0.6]])
-    assert FunctionClassifier.are_doubtful(model, asked).tolist() == [False, True, False, True, False]
+    assert FunctionClassifier.are_uncertain(model, asked).tolist() == [False, True, False, True, False]
     rows = np.full((3, 6), np.nan, np.float32)
     assert drops_from_rows(0.02, rows).rests.shape == (0, 3)
 
@@ -289,8 +291,12 @@ def test_how_sure_to_be_is_known_where_whole_sources_were_left_out(sources):
         patch.setattr(function_classifier, "TREES", 20)
         model = FunctionClassifier(radii=(0.01, 0.02), drops=40, early_drops=0)
         model.fit_settled(objects, labels, [*map(str, range(40))], sources=sources)
-    low, high = model.band("high")
-    assert (low, high) == UNSURE if sources is None else (low, high) != UNSURE and low <= UNSURE[0] < UNSURE[1] <= high
+    low, high = model.unsure_range("high")
+    assert (
+        (low, high) == DEFAULT_UNSURE_RANGE
+        if sources is None
+        else (low, high) != DEFAULT_UNSURE_RANGE and low <= DEFAULT_UNSURE_RANGE[0] < DEFAULT_UNSURE_RANGE[1] <= high
+    )
 
 
 def test_a_score_of_a_half_is_no_membership():

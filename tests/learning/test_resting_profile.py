@@ -15,11 +15,11 @@ from sklearn.base import clone
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import (
-    AS_VOTED,
     COPY_WEIGHT,
-    SURE,
+    UNCALIBRATED,
+    VOTE_MARGIN,
     calibrated,
-    calibration_line,
+    fit_calibration,
     group_copies,
     log_odds,
 )
@@ -283,7 +283,7 @@ def test_outline_is_that_of_scipy():
 def test_probabilities_are_those_of_scipy():
     votes = np.linspace(0, 1, 1001)
     # Two units in the last place are what logarithms and exponentials of two libraries may differ by.
-    assert np.allclose(log_odds(votes), logit(np.clip(votes, SURE, 1 - SURE)), rtol=4e-16, atol=0)
+    assert np.allclose(log_odds(votes), logit(np.clip(votes, VOTE_MARGIN, 1 - VOTE_MARGIN)), rtol=4e-16, atol=0)
     assert np.allclose(calibrated(votes, (2.5, -0.7)), expit(2.5 * log_odds(votes) - 0.7), rtol=4e-16, atol=0)
     assert calibrated(votes[:1], (1e9, 0.0)) == pytest.approx([0], abs=1e-300)
 
@@ -372,11 +372,11 @@ def test_votes_that_lean_are_straightened():
     truth = generator.uniform(0.02, 0.98, 4000)
     members = generator.uniform(size=4000) < truth
     votes = 1 / (1 + np.exp(-0.5 * np.log(truth / (1 - truth)) + 1))
-    line = calibration_line(votes, members)
+    line = fit_calibration(votes, members)
     # The slope's standard error with 4,000 examples is about 0.04, and an error of 0.1 in log odds is 0.025 at most.
     assert np.abs(calibrated(votes, line) - truth).max() < 0.05
-    few = calibration_line(votes[:4], members[:4])
-    assert np.abs(np.subtract(few, AS_VOTED)).max() < 0.5
+    few = fit_calibration(votes[:4], members[:4])
+    assert np.abs(np.subtract(few, UNCALIBRATED)).max() < 0.5
 
 
 def test_growth_is_learning_everything():
@@ -439,10 +439,10 @@ def test_ranks_run_from_none_to_one():
 def test_short_thresholds_change_no_vote():
     from sklearn.ensemble import ExtraTreesClassifier
 
-    from spherefunc_bullet.learning.profiles.forest import forest_of
+    from spherefunc_bullet.learning.profiles.forest import forest_from_sklearn
 
     X = np.random.default_rng(0).uniform(size=(200, 4))
-    grown = forest_of(ExtraTreesClassifier(20, random_state=0).fit(X, X[:, 0] > X[:, 1]))
+    grown = forest_from_sklearn(ExtraTreesClassifier(20, random_state=0).fit(X, X[:, 0] > X[:, 1]))
     short = grown.to_float32()
     assert (short.threshold == short.threshold.astype(np.float32)).all()
     # What trees compare are 32-bit numbers: those at a threshold, and their neighbours, are the ones that could differ.

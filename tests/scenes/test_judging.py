@@ -44,7 +44,7 @@ def learnt() -> FunctionClassifier:
     members = np.column_stack([beside[:, 0] > 0.5, profiles[:, 0] > 0.5])
     names = [str(row) for row in range(80)]
     model.fit_profiles(profiles, members, ("cup", "table"), names)
-    return model.fit_in_scenes(beside, NAMES, members, np.ones_like(members)).keep(np.arange(80))
+    return model.fit_scene_forests(beside, NAMES, members, np.ones_like(members)).keep(np.arange(80))
 
 
 def proposal(by: str) -> Proposal:
@@ -60,24 +60,24 @@ def test_each_kind_has_its_bar():
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):
     rng = np.random.default_rng(1)
     profiles, beside = rng.uniform(size=(60, learnt.profiles_.shape[1])), rng.uniform(size=(60, len(NAMES)))
-    scores = learnt.in_scenes_.scores(profiles, beside)
+    scores = learnt.scene_forests_.scores(profiles, beside)
     has = beside[:, 0] > 0.5
     assert scores[has, 0].mean() > scores[~has, 0].mean() + 0.1  # by chance, the same
-    assert np.array_equal(learnt.only("table").in_scenes_.scores(profiles, beside)[:, 0], scores[:, 1])
+    assert np.array_equal(learnt.only("table").scene_forests_.scores(profiles, beside)[:, 0], scores[:, 1])
 
 
 def test_a_model_keeps_what_it_learnt_of_surroundings(learnt, tmp_path: Path):
     save_model(learnt, tmp_path / "model.npz")
     read = load_model(tmp_path / "model.npz")
     profiles, beside = learnt.profiles_[:20], np.random.default_rng(1).uniform(size=(20, len(NAMES)))
-    assert np.array_equal(read.in_scenes_.scores(profiles, beside), learnt.in_scenes_.scores(profiles, beside))
-    assert read.in_scenes_.names == NAMES
+    assert np.array_equal(read.scene_forests_.scores(profiles, beside), learnt.scene_forests_.scores(profiles, beside))
+    assert read.scene_forests_.names == NAMES
 
 
 def test_what_has_learnt_more_things_has_learnt_no_scenes(learnt, tmp_path: Path):
     save_model(learnt, tmp_path / "model.npz")
     read = load_model(tmp_path / "model.npz")
-    assert read.add_settled([{0.03: NO_DROPS}], [{"cup"}], ["more"]).in_scenes_ is None
+    assert read.add_settled([{0.03: NO_DROPS}], [{"cup"}], ["more"]).scene_forests_ is None
 
 
 def test_proposals_are_told_by_what_surrounds_them(learnt):

@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.preparation import headed, turned_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
-from spherefunc_bullet.learning.profiles.forest import forest_of
+from spherefunc_bullet.learning.profiles.forest import forest_from_sklearn
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.profiles.words import deciding, nearest, sentences
 from spherefunc_bullet.settling.drops import LOST, RunLimit, drops_from_rows
@@ -129,7 +129,7 @@ def test_plain_trees_grow_as_scikit_learn_grows_them(monkeypatch, builder, copie
     members = X[:, 0] > X[:, 3]
     plain = clone(PlainForest(20, random_state=3)) if copied else PlainForest(20, random_state=3)
     grown = [one.fit(X, members, sample_weight=weights) for one in (plain, ExtraTreesClassifier(20, random_state=3))]
-    ours, theirs = (forest_of(one).arrays() for one in grown)
+    ours, theirs = (forest_from_sklearn(one).arrays() for one in grown)
     assert all(ours[name].tobytes() == values.tobytes() for name, values in theirs.items())
     votes, counts = zip(*((one.predict_proba(X[::-1] + 0.1), one.feature_importances_) for one in grown), strict=True)
     assert (votes[0] == votes[1]).all() and (counts[0] == counts[1]).all()
@@ -137,14 +137,14 @@ def test_plain_trees_grow_as_scikit_learn_grows_them(monkeypatch, builder, copie
 
 def test_a_forest_as_arrays_votes_as_it_grew(grown):
     X, trees = grown
-    forest, asked = forest_of(trees), np.random.default_rng(1).normal(size=(50, 7))
+    forest, asked = forest_from_sklearn(trees), np.random.default_rng(1).normal(size=(50, 7))
     forest.require_whole(7)
     assert np.allclose(forest.votes(asked), trees.predict_proba(asked)[:, 1], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["feature", "below", "vote", "threshold", "roots"])
 def test_a_forest_that_was_tampered_with_is_refused(grown, name):
-    forest = forest_of(grown[1])
+    forest = forest_from_sklearn(grown[1])
     broken = getattr(forest, name).copy()
     broken[0] = {"feature": 7, "below": 0, "vote": 2, "threshold": np.nan, "roots": -1}[name]
     with pytest.raises(InputError, match="expected trees"):
@@ -152,7 +152,7 @@ def test_a_forest_that_was_tampered_with_is_refused(grown, name):
 
 
 def test_trees_that_begin_after_the_last_node_and_no_trees_at_all_are_refused(grown):
-    forest = forest_of(grown[1])
+    forest = forest_from_sklearn(grown[1])
     beyond = np.append(forest.roots[:-1], len(forest.feature)).astype(forest.roots.dtype)
     for roots in (beyond, forest.roots[:0]):
         with pytest.raises(InputError, match="expected trees"):
@@ -170,7 +170,11 @@ def model():
 def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
     again = load_model(tmp_path / "model.npz", "fast")
-    assert again.length == model.length and again.radius_ == model.radius_ and again.familiar_ == model.familiar_
+    assert (
+        again.length == model.length
+        and again.radius_ == model.radius_
+        and again.familiar_distance_ == model.familiar_distance_
+    )
     asked = [clouds.mug(), clouds.chair()]
     assert again.predict_proba(asked).tobytes() == model.predict_proba(asked).tobytes()
     more = [clouds.table()], ["table"]

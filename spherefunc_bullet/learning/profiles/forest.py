@@ -1,7 +1,7 @@
-"""A grown forest as plain arrays: what is kept in model files, and asked in microseconds.
+"""A fitted forest as plain arrays, which model files hold and which are evaluated in microseconds.
 
-scikit-learn grows the trees; asking it about one object takes tens of milliseconds, nearly all of it bookkeeping.
-`SceneForests` tell of parts of scans, where it is known what surrounds them beside how spheres rest on them.
+scikit-learn fits the trees; its own evaluation of one object takes tens of milliseconds, nearly all of it overhead.
+`SceneForests` classify parts of scans from their surroundings as well as from how spheres rest on them.
 """
 
 from __future__ import annotations
@@ -18,41 +18,41 @@ if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 
-from .calibration import Line, calibrated
+from .calibration import Calibration, calibrated
 
 LEAF = -1  # in place of a feature
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forest:
-    """Binary decision trees, all nodes in one row.
+    """Binary decision trees, the nodes of all in one array.
 
-    A node sends what is at most its threshold to ``below``, the rest to the node after that. Children come after
-    their parent.
+    A node sends values up to its threshold to the node ``below``, and others to the node after that one. Children come
+    after their parent.
     """
 
-    roots: np.ndarray  # (T,) int32, the node that each tree begins at
-    feature: np.ndarray  # (M,) int16, the quantity that is looked at, or LEAF
+    roots: np.ndarray  # (T,) int32, the root node of each tree
+    feature: np.ndarray  # (M,) int16, the quantity that is compared, or LEAF
     threshold: np.ndarray  # (M,) float64
     below: np.ndarray  # (M,) int32, node
-    vote: np.ndarray  # (M,) float32, the share of members in a leaf, each side weighted alike; 0 of other nodes
+    vote: np.ndarray  # (M,) float32, weighted share of members in a leaf; 0 in other nodes
 
     def votes(self, X: np.ndarray) -> np.ndarray:
-        """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
+        """Return the mean vote (N,) of all trees for objects given as quantities (N, Q)."""
         return forest_batch([self]).votes(X)[0]
 
     def to_float32(self) -> Forest:
-        """Return it with thresholds as short as what is compared with them, so that files compress; no vote changes."""
-        short = self.threshold.astype(np.float32)
-        below = np.where(short > self.threshold, np.nextafter(short, np.float32(-np.inf)), short)
-        return replace(self, threshold=below.astype(np.float64))
+        """Return the forest with thresholds rounded to float32, so that files compress; no vote changes."""
+        rounded = self.threshold.astype(np.float32)
+        down = np.where(rounded > self.threshold, np.nextafter(rounded, np.float32(-np.inf)), rounded)
+        return replace(self, threshold=down.astype(np.float64))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return what `Forest` is made of, by name."""
+        """Return the arrays of the forest by name."""
         return dict(vars(self))
 
     def require_whole(self, quantities: int):
-        """Raise InputError if these are not trees over so many quantities, as where a file was tampered with."""
+        """Raise InputError if these are not trees over this number of quantities, as after a file was tampered with."""
         count = len(self.feature)
         inner = np.flatnonzero(self.feature != LEAF)
         lengths = {len(values) for values in (self.feature, self.threshold, self.below, self.vote)}
@@ -66,28 +66,28 @@ class Forest:
             and ((self.vote >= 0) & (self.vote <= 1)).all()
         )
         if not whole:
-            raise InputError(f"expected trees over {quantities} quantities, got {count} nodes that are none")
+            raise InputError(f"expected trees over {quantities} quantities, got {count} nodes that form none")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForestBatch:
-    """Several forests that are asked together, in steps of all their trees: leaves lead to themselves."""
+    """Several forests that are evaluated together, one level of all trees at a time; a leaf leads to itself."""
 
     sizes: tuple[int, ...]  # trees of each forest
     roots: np.ndarray  # (T,) int32, of all trees, forest by forest
-    feature: np.ndarray  # (M,) int16, a quantity, any of a leaf
-    threshold: np.ndarray  # (M,) float64, infinite of a leaf
-    below: np.ndarray  # (M,) int32, of a leaf itself
+    feature: np.ndarray  # (M,) int16, the quantity that is compared; of a leaf 0
+    threshold: np.ndarray  # (M,) float64; of a leaf infinite
+    below: np.ndarray  # (M,) int32; of a leaf the leaf itself
     vote: np.ndarray  # (M,) float32
 
     def votes(self, X: np.ndarray) -> list[np.ndarray]:
-        """Return each forest's mean votes (N,), of objects (N, Q) given as quantities."""
-        X = np.asarray(X, np.float32).astype(np.float64)  # as when they grew
+        """Return the mean votes (N,) of each forest for objects given as quantities (N, Q)."""
+        X = np.asarray(X, np.float32).astype(np.float64)  # as when they were fitted
         parts = np.split(self.vote[self.leaves(X)].astype(float), np.cumsum(self.sizes)[:-1], axis=1)
         return [np.ascontiguousarray(part).mean(axis=1) for part in parts]
 
     def leaves(self, X: np.ndarray) -> np.ndarray:
-        """Return the leaf of each tree (N, T) that objects (N, Q) end in."""
+        """Return the leaf of each tree (N, T) that objects given as quantities (N, Q) reach."""
         quantities, first = X.ravel(), X.shape[1] * np.arange(len(X))[:, None]
         node = np.tile(self.roots, (len(X), 1))
         while True:
@@ -99,17 +99,17 @@ class ForestBatch:
 
 
 def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
-    """Return forests joined."""
-    starts = np.cumsum([0, *(len(one.feature) for one in forests)])[:-1].astype(np.int32)
+    """Return several forests as one batch."""
+    starts = np.cumsum([0, *(len(forest.feature) for forest in forests)])[:-1].astype(np.int32)
     feature, threshold, vote = (
-        np.concatenate([getattr(one, name) for one in forests]) for name in ("feature", "threshold", "vote")
+        np.concatenate([getattr(forest, name) for forest in forests]) for name in ("feature", "threshold", "vote")
     )
-    below = np.concatenate([one.below + start for one, start in zip(forests, starts, strict=True)])
+    below = np.concatenate([forest.below + start for forest, start in zip(forests, starts, strict=True)])
     leaf = np.flatnonzero(feature == LEAF)
     feature[leaf], threshold[leaf], below[leaf] = 0, np.inf, leaf
     return ForestBatch(
-        sizes=tuple(len(one.roots) for one in forests),
-        roots=np.concatenate([one.roots + start for one, start in zip(forests, starts, strict=True)]),
+        sizes=tuple(len(forest.roots) for forest in forests),
+        roots=np.concatenate([forest.roots + start for forest, start in zip(forests, starts, strict=True)]),
         feature=feature,
         threshold=threshold,
         below=below,
@@ -117,9 +117,9 @@ def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     )
 
 
-def forest_of(grown: ExtraTreesClassifier) -> Forest:
-    """Return the arrays of a forest of two classes, False and True, as scikit-learn grew it."""
-    trees = [in_pairs(estimator.tree_) for estimator in grown.estimators_]
+def forest_from_sklearn(fitted: ExtraTreesClassifier) -> Forest:
+    """Return a forest of the classes False and True that scikit-learn fitted."""
+    trees = [in_pairs(estimator.tree_) for estimator in fitted.estimators_]
     starts = np.cumsum([0, *(len(tree["feature"]) for tree in trees)])[:-1]
     for tree, start in zip(trees, starts, strict=True):
         tree["below"] = tree["below"] + start
@@ -128,19 +128,19 @@ def forest_of(grown: ExtraTreesClassifier) -> Forest:
     return Forest(roots=starts.astype(np.int32), **{name: joined[name].astype(kind) for name, kind in kinds.items()})
 
 
-def kept_forests(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
-    """Return the arrays of forests, by name and place; without ``below`` where that follows from the others."""
-    kept = {}
-    for place, one in enumerate(forests):
-        arrays = {} if one is None else one.arrays()
-        if one is not None and np.array_equal(one.below, below_in_pairs(one.roots, one.feature)):
+def forest_arrays(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
+    """Return the arrays of forests by name and index; without ``below`` where it follows from the others."""
+    joined = {}
+    for index, forest in enumerate(forests):
+        arrays = {} if forest is None else forest.arrays()
+        if forest is not None and np.array_equal(forest.below, below_in_pairs(forest.roots, forest.feature)):
             del arrays["below"]
-        kept |= {f"{name}_{place}": values for name, values in arrays.items()}
-    return kept
+        joined |= {f"{name}_{index}": values for name, values in arrays.items()}
+    return joined
 
 
 def below_in_pairs(roots: np.ndarray, feature: np.ndarray) -> np.ndarray:
-    """Return ``below`` (M,) of trees level by level, as `in_pairs` orders them; of a leaf, its tree's root."""
+    """Return ``below`` (M,) of trees whose nodes are ordered as by `in_pairs`; of a leaf, the root of its tree."""
     inner, sizes = feature != LEAF, np.diff(np.append(roots, len(feature)))
     before = np.cumsum(inner, dtype=np.int32) - inner
     first = np.repeat(roots + 1 - 2 * before[roots], sizes)
@@ -153,19 +153,19 @@ def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.nda
 
 
 def rebuilt_forests(arrays: Mapping[str, np.ndarray], count: int) -> list[Forest | None]:
-    """Return so many forests of the arrays of `kept_forests`, None where there is none."""
-    return [rebuilt(arrays, place) if f"roots_{place}" in arrays else None for place in range(count)]
+    """Return a number of forests from the arrays of `forest_arrays`; None where a function has none."""
+    return [rebuilt(arrays, index) if f"roots_{index}" in arrays else None for index in range(count)]
 
 
-def rebuilt(arrays: Mapping[str, np.ndarray], place: int) -> Forest:
-    """Return the forest at one place, whose ``below`` is kept or follows."""
-    own = {name: arrays[f"{name}_{place}"] for name in ("roots", "feature", "threshold", "vote")}
-    below = f"below_{place}"
-    return Forest(**own, below=arrays[below] if below in arrays else below_in_pairs(own["roots"], own["feature"]))
+def rebuilt(arrays: Mapping[str, np.ndarray], index: int) -> Forest:
+    """Return the forest with an index; its ``below`` is in the arrays or follows from them."""
+    nodes = {name: arrays[f"{name}_{index}"] for name in ("roots", "feature", "threshold", "vote")}
+    below = f"below_{index}"
+    return Forest(**nodes, below=arrays[below] if below in arrays else below_in_pairs(nodes["roots"], nodes["feature"]))
 
 
 def in_pairs(tree: Any) -> dict[str, np.ndarray]:
-    """Return the nodes of a tree, as scikit-learn holds it, level by level: two children stand side by side."""
+    """Return the nodes of a scikit-learn tree level by level; the two children of a node follow one another."""
     left, right = tree.children_left, tree.children_right
     order, below = [0], []
     for node in order:  # grows while it is read
@@ -188,40 +188,47 @@ SCENES = "scenes_"  # begins the names of arrays
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneForests:
-    """A forest for each function, over an object's quantities followed by those of what surrounds it."""
+    """A forest for each function, over the quantities of an object followed by those of its surroundings."""
 
-    names: tuple[str, ...]  # of what surrounds it
+    names: tuple[str, ...]  # of the quantities of the surroundings
     forests: Sequence[Forest]
-    lines: Sequence[Line]
+    calibrations: Sequence[Calibration]
 
-    def scores(self, profiles: np.ndarray, beside: np.ndarray) -> np.ndarray:
-        """Return the scores (N, F) of objects by their quantities (N, R * Q) and what surrounds them (N, S)."""
+    def scores(self, profiles: np.ndarray, surroundings: np.ndarray) -> np.ndarray:
+        """Return the scores (N, F) of objects from their quantities (N, R * Q) and surroundings (N, S)."""
         if not len(profiles):
             return np.zeros((0, len(self.forests)))
-        votes = forest_batch(self.forests).votes(np.hstack([profiles, beside]))
-        return np.column_stack([calibrated(own, line) for own, line in zip(votes, self.lines, strict=True)])
+        votes = forest_batch(self.forests).votes(np.hstack([profiles, surroundings]))
+        return np.column_stack(
+            [
+                calibrated(mean_votes, calibration)
+                for mean_votes, calibration in zip(votes, self.calibrations, strict=True)
+            ]
+        )
 
     def only(self, column: int) -> SceneForests:
-        """Return what tells one function alone."""
-        return SceneForests(names=self.names, forests=[self.forests[column]], lines=[self.lines[column]])
+        """Return the forest of one function only."""
+        return SceneForests(names=self.names, forests=[self.forests[column]], calibrations=[self.calibrations[column]])
 
 
-def scenes_kept(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return what is kept of it in a model file."""
-    arrays = {SCENES + name: values for name, values in kept_forests(scenes.forests).items()}
-    return {"surroundings": list(scenes.names)}, arrays | {f"{SCENES}lines": np.array(scenes.lines, float)}
+def scene_forest_parts(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the JSON header and the arrays of scene forests in a model file."""
+    arrays = {SCENES + name: values for name, values in forest_arrays(scenes.forests).items()}
+    return {"surroundings": list(scenes.names)}, arrays | {f"{SCENES}lines": np.array(scenes.calibrations, float)}
 
 
-def rebuilt_scenes(about: dict[str, Any], arrays: Mapping[str, np.ndarray], quantities: int) -> SceneForests | None:
-    """Return what a model file holds of it for so many quantities, if it holds any."""
+def rebuilt_scene_forests(
+    about: dict[str, Any], arrays: Mapping[str, np.ndarray], quantities: int
+) -> SceneForests | None:
+    """Return the scene forests of a model file over this number of quantities; None if it has none."""
     names = tuple(about.get("surroundings", ()))
     if not names:
         return None
-    own = of_prefix(arrays, SCENES)
-    forests = rebuilt_forests(own, len(about["functions"]))
-    for one in forests:
-        if one is None:
+    scene_arrays = of_prefix(arrays, SCENES)
+    forests = rebuilt_forests(scene_arrays, len(about["functions"]))
+    for forest in forests:
+        if forest is None:
             raise ValueError("forests and functions differ in number")
-        one.require_whole(quantities + len(names))
-    lines = [(float(slope), float(offset)) for slope, offset in own["lines"].reshape(len(forests), 2)]
-    return SceneForests(names=names, forests=forests, lines=lines)
+        forest.require_whole(quantities + len(names))
+    calibrations = [(float(slope), float(offset)) for slope, offset in scene_arrays["lines"].reshape(len(forests), 2)]
+    return SceneForests(names=names, forests=forests, calibrations=calibrations)

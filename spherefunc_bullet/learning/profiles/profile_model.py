@@ -1,4 +1,4 @@
-"""A fitted model by resting profiles: what is asked of `FunctionClassifier`, which learns it."""
+"""A fitted model by resting profiles: the part of `FunctionClassifier` that inference needs."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from ...clouds.cloud import Cloud
 from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, Drops, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
-from .calibration import UNSURE, Band, CopyGroups, Line, calibrated
+from .calibration import DEFAULT_UNSURE_RANGE, Calibration, CopyGroups, ScoreRange, calibrated
 from .forest import Forest, ForestBatch, SceneForests, forest_batch
 from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
-FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
-PROFILE = "profile"  # the method's name
-COMPARED_COPIES = 5  # one in so many copies is compared with: thousands would take longer than to drop spheres
-ROOMY = 2  # times as many as are few: for so many there has to be room
-SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
+FAMILIAR = 0.99  # quantile of the distances from training objects to the nearest other one
+PROFILE = "profile"  # name of the method
+EVERY_NTH_COPY = 5  # copies that objects are compared with: with all, comparing takes longer than dropping spheres
+ROOMY = 2  # multiple of FEW spheres for which there has to be room
+SURE = 0.05  # distance of every score from 0 or 1 up to which the first drops suffice
 
 
-def as_kept(profiles: np.ndarray) -> np.ndarray:
-    """Return quantities as precisely as trees read them and files keep them."""
+def as_stored(profiles: np.ndarray) -> np.ndarray:
+    """Return quantities rounded to float32, as trees compare them and files store them."""
     return profiles.astype(np.float32).astype(float)
 
 
-def hangs_on_few(drops: Drops) -> bool:
+def depends_on_few_spheres(drops: Drops) -> bool:
     """Return whether few spheres of a radius settled where there is room for many, as on a dome.
 
-    How large a level is hangs on each of them then, and they on the heading and the seed.
+    The quantities then depend on single spheres, and these on the heading and the seed.
     """
     return 0 < np.count_nonzero(drops.settled) < FEW and drops.room >= ROOMY * FEW
 
 
 class ProfileModel(FunctionModel):
-    """Tell what objects are for from their quantities, with one forest for each function.
+    """Classify objects from their quantities, with one forest for each function.
 
     Parameters
     ----------
@@ -55,25 +55,25 @@ class ProfileModel(FunctionModel):
     Attributes
     ----------
     functions_, forests_, lines_, radius_, profiles_, members_, names_, copy_groups_, familiar_
-        What was learnt, see `FunctionClassifier`.
+        See `FunctionClassifier`.
     early_ : ProfileModel or None
-        What was learnt from the first drops on the same objects; it answers where it is sure.
-    in_scenes_ : SceneForests or None
-        What was learnt from the quantities and what surrounds objects in scans; it answers where that is known.
+        The model of the first drops on the same objects; it answers where it is sure.
+    scene_forests_ : SceneForests or None
+        Forests over quantities and surroundings of objects in scans; they answer where the surroundings are known.
     """
 
     drops: int
-    quantities: tuple[str, ...] = NAMES  # at each radius; a model of an earlier version may read fewer
+    quantities: tuple[str, ...] = NAMES  # at each radius; a model of an earlier version may have fewer
     forests_: list[Forest | ClassifierMixin | None]
-    lines_: list[Line]
+    calibrations_: list[Calibration]
     profiles_: np.ndarray  # (N, R * Q) float
     copy_groups_: CopyGroups
-    familiar_: float
-    bands_: dict[str, Band] | None = None  # scores between which a function is unsure
+    familiar_distance_: float
+    unsure_ranges_: dict[str, ScoreRange] | None = None  # range of scores in which each function is unsure
     early_: ProfileModel | None = None
-    in_scenes_: SceneForests | None = None
+    scene_forests_: SceneForests | None = None
     checks_stability = True
-    # What was learnt in the order in which it is searched, made when it is first needed.
+    # Search structures, built when they are first needed.
     _ranks: tuple[np.ndarray, CopyGroups, Ranks] | None = None
     _forest_batch: tuple[list[Forest], ForestBatch] | None = None
 
@@ -85,7 +85,7 @@ class ProfileModel(FunctionModel):
 
     @property
     def length(self) -> RunLimit:
-        """How long its runs are."""
+        """The limit of its runs."""
         return RunLimit(drops=self.drops)
 
     def profiles(self, settled: Sequence[DropsByRadius]) -> np.ndarray:
@@ -97,56 +97,58 @@ class ProfileModel(FunctionModel):
         return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in self.quantities]
 
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects, probabilities where training objects stand for what will be asked.
+        """Return the scores (N, F) of objects: probabilities if the training objects are representative.
 
-        ``any_heading`` changes nothing, as quantities do not depend on which way an object faces.
+        ``any_heading`` changes nothing, since quantities do not depend on the heading of an object.
         """
         scores = np.zeros((len(settled), len(self.functions_)))
-        readers = [self.reader_of(one) for one in settled]
+        readers = [self.reader_of(drops) for drops in settled]
         for reader in {id(reader): reader for reader in readers}.values():
-            rows = [row for row, own in enumerate(readers) if own is reader]
+            rows = [row for row, other in enumerate(readers) if other is reader]
             scores[rows] = reader.score_profiles(reader.profiles([settled[row] for row in rows]))
         return scores
 
-    def memberships_in_scene(self, settled: Sequence[DropsByRadius], beside: np.ndarray) -> list[dict[str, Membership]]:
-        """Return what objects of a scan are for by what surrounds them (N, S) as well, see `in_scenes_`."""
-        return self.memberships_by(self.in_scenes_.scores(self.profiles(settled), beside))
+    def scene_memberships(
+        self, settled: Sequence[DropsByRadius], surroundings: np.ndarray
+    ) -> list[dict[str, Membership]]:
+        """Return what objects of a scan are for by what surrounds them (N, S) as well, see `scene_forests_`."""
+        return self.memberships_by(self.scene_forests_.scores(self.profiles(settled), surroundings))
 
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
-        """Return the first drops where these make sure what the object is for, else all; see `FunctionModel`."""
+        """Return the reading of the first drops where it is sure, else of all drops; see `FunctionModel`."""
         if self.early_ is not None:
             first = self.early_.reading_of(drop(self.early_.length))
-            if self.early_.sure_of(first):
+            if self.early_.is_sure(first):
                 return first
         return self.reading_of(drop(self.length))
 
     def reading_of(self, drops: DropsByRadius) -> Reading:
-        """Return one object's drops, read by what has learnt runs of such a length."""
+        """Return the reading of the drops of one object, by the model that was fitted to runs of this limit."""
         reader = self.reader_of(drops)
         profile = reader.profiles([drops])
         return Reading(drops=drops, profile=profile[0], scores=reader.score_profiles(profile)[0], model=reader)
 
-    def sure_of(self, reading: Reading) -> bool:
-        """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
+    def is_sure(self, reading: Reading) -> bool:
+        """Return whether every score of an object is close to 0 or 1 and there is no doubt."""
         scores = reading.scores
-        if any(hangs_on_few(drops) for drops in reading.drops.values()):
+        if any(depends_on_few_spheres(drops) for drops in reading.drops.values()):
             return False
         return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(reading)
 
     @property
-    def compared(self) -> np.ndarray:
-        """The training objects (C,) that others are compared with: all that are no copies, and every fifth copy."""
+    def references(self) -> np.ndarray:
+        """Indices (C,) of the training objects that others are compared with: originals, and every fifth copy."""
         copies = self.copy_groups_.weights < 1
-        return np.flatnonzero(~copies | (np.cumsum(copies) % COMPARED_COPIES == 1))
+        return np.flatnonzero(~copies | (np.cumsum(copies) % EVERY_NTH_COPY == 1))
 
     def distances(self, profiles: np.ndarray) -> np.ndarray:
-        """Return how far objects (A, R * Q) are from those in `compared`, (A, C): the mean difference of ranks."""
+        """Return the distances (A, C) of objects (A, R * Q) to `references`: mean differences of ranks."""
         if self._ranks is None or self._ranks[0] is not self.profiles_ or self._ranks[1] is not self.copy_groups_:
-            self._ranks = self.profiles_, self.copy_groups_, Ranks(as_kept(self.profiles_[self.compared]))
-        return self._ranks[2].distances(as_kept(profiles))
+            self._ranks = self.profiles_, self.copy_groups_, Ranks(as_stored(self.profiles_[self.references]))
+        return self._ranks[2].distances(as_stored(profiles))
 
     def sentences(self, reading: Reading) -> list[str]:
-        """Return a sentence for each function that an object has, or for the likeliest where it has none."""
+        """Return a sentence for each function that an object has; if it has none, for that with the highest score."""
         from .words import sentences
 
         return sentences(reading)
@@ -162,7 +164,7 @@ class ProfileModel(FunctionModel):
         found = [
             f"{name} is uncertain: its score {score:.2f} is between {low:.2f} and {high:.2f}"
             for name, score in zip(self.functions_, reading.rounded, strict=True)
-            for low, high in [self.band(name)]
+            for low, high in [self.unsure_range(name)]
             if low < score < high
         ]
         stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
@@ -170,24 +172,24 @@ class ProfileModel(FunctionModel):
         if stayed < FEW:
             return [*found, f"almost no sphere settled: {stayed} of {dropped}"]
         away = float(self.distances(reading.profile[None]).min())
-        if away > self.familiar_:
+        if away > self.familiar_distance_:
             found.append(
                 f"unlike all {len(self.names_)} training objects: {away:.2f} from the nearest, where "
-                f"{self.familiar_:.2f} is far for one of them"
+                f"{self.familiar_distance_:.2f} is far for one of them"
             )
         return found
 
-    def band(self, name: str) -> Band:
-        """Return the two scores between which a function is uncertain."""
-        return (self.bands_ or {}).get(name, UNSURE)
+    def unsure_range(self, name: str) -> ScoreRange:
+        """Return the range of scores in which a function is uncertain."""
+        return (self.unsure_ranges_ or {}).get(name, DEFAULT_UNSURE_RANGE)
 
-    def are_doubtful(self, scores: np.ndarray) -> np.ndarray:
-        """Return which answers, by their scores (N, F), are uncertain about some function, (N,) bool."""
-        low, high = np.array([self.band(name) for name in self.functions_]).T
+    def are_uncertain(self, scores: np.ndarray) -> np.ndarray:
+        """Return which answers (N,) bool, given as scores (N, F), are uncertain about some function."""
+        low, high = np.array([self.unsure_range(name) for name in self.functions_]).T
         return ((scores > low) & (scores < high)).any(axis=1)
 
     def reader_of(self, settled: DropsByRadius) -> ProfileModel:
-        """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""
+        """Return the model that reads the drops of an object: this one, or `early_` if there are only first drops."""
         longest = max(map(len, settled.values()), default=0)
         return self if self.early_ is None or longest > self.early_.drops else self.early_
 
@@ -196,48 +198,49 @@ class ProfileModel(FunctionModel):
         scores = np.zeros((len(profiles), len(self.functions_)))
         if not len(profiles):
             return scores
-        for column, (votes, line) in enumerate(zip(self.votes(profiles), self.lines_, strict=True)):
-            scores[:, column] = self.members_[:, column].all() if votes is None else calibrated(votes, line)
+        for column, (votes, calibration) in enumerate(zip(self.votes(profiles), self.calibrations_, strict=True)):
+            scores[:, column] = self.members_[:, column].all() if votes is None else calibrated(votes, calibration)
         return scores
 
     def votes(self, profiles: np.ndarray) -> list[np.ndarray | None]:
-        """Return what each function's forest says of objects given as quantities, None where there is none to ask."""
-        forests = [one for one in self.forests_ if isinstance(one, Forest)]
+        """Return the votes of the forest of each function for objects given as quantities; None where there is none."""
+        forests = [forest for forest in self.forests_ if isinstance(forest, Forest)]
         if forests and (self._forest_batch is None or self._forest_batch[0] != forests):
             self._forest_batch = forests, forest_batch(forests)
-        own = iter(self._forest_batch[1].votes(profiles) if forests else ())
+        votes = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
-            next(own) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1] for one in self.forests_
+            next(votes) if isinstance(forest, Forest) else forest and forest.predict_proba(profiles)[:, 1]
+            for forest in self.forests_
         ]
 
     def chosen_radii(self) -> list[float]:
-        """Return the radii, ascending, metres; all of them count."""
+        """Return the radii, ascending, metres; all of them are used."""
         return sorted(self.radii)
 
     def only(self, name: str) -> Self:
-        """Return a fitted copy that is asked for one function alone, by its forest."""
+        """Return a fitted copy for one function only."""
         alone, column = copy(self), self.column_of(name)
         alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
-        alone.forests_, alone.lines_ = [self.forests_[column]], [self.lines_[column]]
+        alone.forests_, alone.calibrations_ = [self.forests_[column]], [self.calibrations_[column]]
         alone.radius_ = {name: self.radius_[name]}
         alone.early_ = self.early_ and self.early_.only(name)
-        alone.in_scenes_ = self.in_scenes_ and self.in_scenes_.only(column)
+        alone.scene_forests_ = self.scene_forests_ and self.scene_forests_.only(column)
         return alone
 
     def keep(self, rows: np.ndarray) -> Self:
-        """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
+        """Keep only the training objects in these rows (K,) for comparison, so that the model file is small.
 
-        Quantities are kept as precisely as trees read them, which changes no answer.
+        Forests stay as they are. Quantities are rounded as trees compare them, which changes no answer.
         """
-        self.profiles_ = as_kept(self.profiles_[rows])
+        self.profiles_ = as_stored(self.profiles_[rows])
         self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
         self.names_ = [self.names_[row] for row in rows]
-        return self._know()
+        return self._set_familiar_distance()
 
-    def _know(self) -> Self:
-        """See how far training objects are from one another."""
-        distances = self.distances(self.profiles_[self.compared])
+    def _set_familiar_distance(self) -> Self:
+        """Set the distance up to which an object counts as familiar, from those between training objects."""
+        distances = self.distances(self.profiles_[self.references])
         np.fill_diagonal(distances, np.inf)
         nearest = distances.min(axis=1)
-        self.familiar_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf
+        self.familiar_distance_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf
         return self

@@ -117,7 +117,7 @@ def nearest(reading: Reading, count: int = NEAREST) -> list[Row]:
 
     ``distance`` is the mean difference of ranks among the training objects, 0 to 1.
     """
-    model, rows = reading.model, reading.model.compared
+    model, rows = reading.model, reading.model.references
     distances = model.distances(reading.profile[None])[0]
     distances[model.copy_groups_.weights[rows] < 1] = np.inf
     return [
