@@ -14,7 +14,7 @@ from .classification import Decision, classify_by_all
 from .clouds.cloud import Cloud
 from .clouds.conversion import Anything, as_cloud, holds_several
 from .formats.units import BY_FILE
-from .learning.model_file import models_to_ask
+from .learning.model_file import models_for
 from .settling.dropping import CloudObject
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def classify(
     >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
     (['cup'], True, 'cup ')
     """
-    asked = models_to_ask(model, backend, function)
+    asked = models_for(model, backend, function)
     several = holds_several(anything)
     named = isinstance(anything, Mapping)
     items = list(anything.values() if named else anything) if several else [anything]

@@ -40,7 +40,7 @@ Memberships = dict[str, Membership]  # by the function's name
 Asked = tuple[FunctionModel, Callable[[], FunctionModel]]  # a model, and what returns the one for single views
 
 
-class DroppedOn(Protocol):
+class DropTarget(Protocol):
     """An object on which spheres can be dropped: a cloud in memory, or a file with its cached results."""
 
     def cloud(self) -> Cloud:
@@ -155,7 +155,7 @@ def membership_rows(memberships: Memberships) -> dict[str, dict[str, Any]]:
     return {name: asdict(one) for name, one in memberships.items()}
 
 
-def classify_by_all(item: Callable[[FunctionModel], DroppedOn], asked: Sequence[Asked]) -> Decision:
+def classify_by_all(item: Callable[[FunctionModel], DropTarget], asked: Sequence[Asked]) -> Decision:
     """Classify an object by the model of one backend or of several.
 
     The first one answers; where another one gives the object other functions, the answer is unsure.
@@ -175,7 +175,7 @@ def classify_by_all(item: Callable[[FunctionModel], DroppedOn], asked: Sequence[
     return replace(decisions[0], by_backend=by_backend)
 
 
-def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], FunctionModel]) -> Decision:
+def classify(item: DropTarget, model: FunctionModel, view_model: Callable[[], FunctionModel]) -> Decision:
     """Classify an object; a single view of an object without a function is completed and classified again.
 
     Parameters
@@ -204,12 +204,12 @@ def stands_with_y_up(cloud: Cloud) -> bool:
     return standing_margin(geometry.vertices, geometry.faces) <= 0 and likely_up(geometry)[0] == "y"
 
 
-def decide(item: DroppedOn, model: FunctionModel) -> Decision:
+def decide(item: DropTarget, model: FunctionModel) -> Decision:
     """Drop spheres on an object (§III-A), read them (§III-B), score functions (§III-C), and check its stability."""
     return check_stability(model.read(item.drops), item, model)
 
 
-def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> Decision:
+def check_stability(reading: Reading, item: DropTarget, model: FunctionModel) -> Decision:
     """Return the decision for a reading. Whether the object falls over, or fails in use, is asked if it matters."""
     found = {name for name, score in zip(model.functions_, reading.scores, strict=True) if score > THRESHOLD}
     if not (found and model.checks_stability):
@@ -225,7 +225,7 @@ def denied(functions: Sequence[str], falls: bool, failed: Collection[UseCheck]) 
     return np.array([falls or name in without for name in functions])
 
 
-def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
+def with_objects_on_top(decision: Decision, item: DropTarget) -> Decision:
     """Return the decision about a table with how many objects stand on it."""
     name = f"objects_on_table_{decision.model.dropping().simulator.name}"
     count = item.count(name, lambda cloud: decision.model.objects_on_table(cloud, decision.reading))

@@ -12,7 +12,7 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .errors import InputError, warn_renamed
 from .formats.units import format_length
-from .settling.dropping import Dropping, Loading
+from .settling.dropping import Dropping, LoadOptions
 from .settling.drops import DropsByRadius, RunLimit
 from .simulator import Simulator
 
@@ -100,13 +100,13 @@ class FunctionModel(ABC):
         """Return why the answer is unsure, each a sentence; none if it is sure."""
         return []
 
-    def dropping(self, loading: Loading | None = None) -> Dropping:
+    def dropping(self, loading: LoadOptions | None = None) -> Dropping:
         """Return how spheres are dropped on objects that the model classifies."""
         return Dropping(
             simulator=self.simulator,
             radii=tuple(self.chosen_radii()),
             seed=self.seed,
-            loading=loading or Loading(),
+            loading=loading or LoadOptions(),
             length=self.length,
         )
 

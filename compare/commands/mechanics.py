@@ -28,7 +28,7 @@ def mechanics(
     """Measure poses found, sound furniture distinguished from sawn, and vessels classified by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
-    from spherefunc_bullet.settling.dropping import Loading
+    from spherefunc_bullet.settling.dropping import LoadOptions
     from spherefunc_bullet.simulator import make_simulator
 
     from ..mechanics.measures import measured, read_tasks, task_reports
@@ -36,7 +36,7 @@ def mechanics(
     chosen = read_tasks(tasks.split(","))
     simulators = {name: make_simulator(name) for name in backends.split(",")}
     classifier = load_model(model or shipped_model("fast"))
-    found = measured(open_dataset(data).objects, simulators, chosen, count, classifier, Loading())
+    found = measured(open_dataset(data).objects, simulators, chosen, count, classifier, LoadOptions())
     print_json(task_reports(found)) if json else print_measured(found)
 
 

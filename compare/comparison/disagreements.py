@@ -11,7 +11,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.validation import THRESHOLD
-from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
 from spherefunc_bullet.viewer.pictures import fitting_radius
 
@@ -66,7 +66,7 @@ def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreem
 
 
 def displays_of(
-    comparison: Comparison, cases: Sequence[Disagreement], loading: Loading
+    comparison: Comparison, cases: Sequence[Disagreement], loading: LoadOptions
 ) -> list[tuple[Disagreement, Display]]:
     """Return some disagreements with what the viewer draws; a file that has gone since it fell is left out."""
     displays = []

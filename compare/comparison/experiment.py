@@ -14,7 +14,7 @@ from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.settling.dropping import Dropping, Loading
+from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
 from spherefunc_bullet.settling.drops import LIMITED, RunLimit
 from spherefunc_bullet.simulator import make_simulator
 
@@ -57,8 +57,8 @@ class Experiment:
     units: str = "m"
 
     @property
-    def loading(self) -> Loading:
-        return Loading(up=self.up, units=self.units)
+    def loading(self) -> LoadOptions:
+        return LoadOptions(up=self.up, units=self.units)
 
     @property
     def length(self) -> RunLimit:

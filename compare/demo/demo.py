@@ -25,7 +25,7 @@ from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_leng
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
 from spherefunc_bullet.learning.model_file import model_for_views
-from spherefunc_bullet.settling.dropping import Dropping, Loading
+from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
@@ -98,7 +98,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
         asked = [(model, partial(model_for_views, model, given=True))]
-        rows = [classified_file(item.path, asked, Loading(up="z")) for item in unseen]
+        rows = [classified_file(item.path, asked, LoadOptions(up="z")) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)
     about = dict(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)

@@ -25,7 +25,7 @@ from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.settling.dropping import Dropping, Loading
+from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
 
 from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves
@@ -152,7 +152,7 @@ def impaired_copies(
     folder = built_copies(whole, droppings[0], jobs, failed)
     copies = {copy.item.path: copy for copy in read_copies(folder)}
     data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
-    loaded = [replace(dropping, loading=Loading()) for dropping in droppings]
+    loaded = [replace(dropping, loading=LoadOptions()) for dropping in droppings]
     done = simulate_by_all(data, loaded, jobs=jobs, failed=[failed] * len(loaded))
     return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
 

@@ -11,7 +11,7 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
@@ -89,7 +89,7 @@ def measured(
     tasks: Sequence[str],
     count: int | None,
     classifier: CloudClassifier | None,
-    loading: Loading,
+    loading: LoadOptions,
 ) -> Measured:
     """Return what simulators do of tasks, each asked for the tasks that it can do.
 

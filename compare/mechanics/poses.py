@@ -18,7 +18,7 @@ from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
@@ -42,7 +42,7 @@ class PoseScore:
 
 
 def posed(
-    path: Path, simulator: Simulator, loading: Loading, function: str, classifier: CloudClassifier
+    path: Path, simulator: Simulator, loading: LoadOptions, function: str, classifier: CloudClassifier
 ) -> dict[str, float]:
     """Return whether the pose of a file is found after it was turned at random, as its name says; see `PoseScore`."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
@@ -59,7 +59,7 @@ def score_poses(
     simulator: Simulator,
     classifier: CloudClassifier,
     count: int | None,
-    loading: Loading,
+    loading: LoadOptions,
 ) -> PoseScore | None:
     """Return how well a backend finds the poses of objects that have a function; None where none has one."""
     chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
@@ -113,7 +113,7 @@ class HoledScore:
     classified: float  # share that is still classified as a vessel
 
 
-def carried(path: Path, simulator: Simulator, loading: Loading, holed: bool) -> dict[str, Curve]:
+def carried(path: Path, simulator: Simulator, loading: LoadOptions, holed: bool) -> dict[str, Curve]:
     """Return what a file's object keeps, and what is left of that with a hole in it, each by its kind."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     variants = {WHOLE: cloud}
@@ -123,7 +123,7 @@ def carried(path: Path, simulator: Simulator, loading: Loading, holed: bool) -> 
 
 
 def score_keeping(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> KeepScore | None:
     """Return how well a backend tells vessels from what only carries; None where there are none of either."""
     vessels = evenly([item for item in objects if "cup" in item.functions], count)

@@ -23,7 +23,7 @@ from spherefunc_bullet.scenes.impairment.levels import Level
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
-from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
@@ -60,7 +60,7 @@ def impairs_seat(specimen: Specimen) -> bool:
     return bool(on_it.all() and all(abs(place.height - level.height) < APART for place in places))
 
 
-def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, tuple[float, float]]:
+def places_held(path: Path, simulator: Simulator, loading: LoadOptions) -> dict[str, tuple[float, float]]:
     """Return of a file's object, and of a useless copy of it, by kind, the share of places to sit that hold.
 
     And the seconds of processor time that it took to say so.
@@ -92,7 +92,7 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
 
 
 def score_sitting(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> Judged | None:
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []

@@ -23,7 +23,7 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import Simulator, isolated
 from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings
@@ -129,7 +129,7 @@ class StandAnswer:
         return Verdict(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
 
 
-def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
+def stood(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
     """Return how a file's object stands, and each sawn copy of it that can be made."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
@@ -165,7 +165,7 @@ class StandScore(Judged):
 
 
 def score_standing(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> StandScore | None:
     """Return how well a backend tells sound furniture from sawn; None where there is no furniture."""
     chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)

@@ -27,7 +27,7 @@ from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
-from spherefunc_bullet.settling.dropping import settle_kept
+from spherefunc_bullet.settling.dropping import settle_cached
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
@@ -125,7 +125,7 @@ def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) 
 
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
     """Return what a whole model teaches."""
-    settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
+    settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.length)
     name, source = item.path.name, source_object(item)
     beside = alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
@@ -134,7 +134,7 @@ def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
     """Return the places (S, 3) where small spheres rest on an object of a room, metres, the room's frame."""
-    settled = settle_kept(placed.cloud, model.simulator, model.radii, model.seed, model.length)
+    settled = settle_cached(placed.cloud, model.simulator, model.radii, model.seed, model.length)
     return transformed(settled[_CARRIED].rests.astype(float), placed.T_room_object)
 
 

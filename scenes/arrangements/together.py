@@ -20,7 +20,7 @@ from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
 from spherefunc_bullet.settling.dropping import CloudObject
 from spherefunc_bullet.settling.drops import (
-    LOST,
+    NOT_SETTLED,
     Drops,
     DropsByRadius,
     RunLimit,
@@ -74,7 +74,7 @@ def own_drops(falls: Falls, objects: Sequence[ArrangedObject], number: int) -> D
     return replace(
         settled,
         places=asked.to_own(begun)[:, :2].astype(np.float32),
-        outcomes=np.where(kept, np.int8(Outcome.SETTLED), np.int8(LOST)),
+        outcomes=np.where(kept, np.int8(Outcome.SETTLED), np.int8(NOT_SETTLED)),
         rests=settled.rests.astype(np.float32),
         walled_in=settled.walled_in.astype(np.float32),
     )

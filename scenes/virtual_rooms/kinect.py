@@ -26,7 +26,7 @@ NEAREST, FARTHEST = 0.5, 5.0  # metres of depth between which it measures
 BASELINE = 0.075  # metres from the camera to the projector on its right
 EDGE_STEP = 0.03  # of the depth: a larger jump to the next pixel is an edge
 EDGE_LOSS = 0.5  # share of edge pixels without depth
-EDGE_KEPT = 0.06  # metres by which a stereo camera's filter moves a point at most
+MAX_EDGE_SHIFT = 0.06  # metres by which a stereo camera's filter moves a point at most
 STEPS = 8  # of disparity to the pixel, where windows are matched
 
 
@@ -163,14 +163,14 @@ def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
 def smoothed(depth: np.ndarray, deviation: float) -> np.ndarray:
     """Return depth (H, W) as the filters of stereo cameras leave it, metres: hollows shallower, veils behind edges.
 
-    What would be moved by more than `EDGE_KEPT` stays, since these filters spare the edges of what stands far apart.
+    What would be moved by more than `MAX_EDGE_SHIFT` stays, since these filters spare the edges of what stands far apart.
     """
     from scipy.ndimage import gaussian_filter
 
     seen = np.isfinite(depth)
     nearness = gaussian_filter(np.where(seen, 1 / np.where(seen, depth, 1.0), 0.0), deviation)
     even = gaussian_filter(seen.astype(float), deviation) / np.maximum(nearness, 1e-9)
-    return np.where(seen & (np.abs(even - depth) < EDGE_KEPT), even, depth)
+    return np.where(seen & (np.abs(even - depth) < MAX_EDGE_SHIFT), even, depth)
 
 
 def scatter(shape: tuple[int, ...], window: int, rng: np.random.Generator) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..processes.tasks import run_tasks
 from ..settling.dropping import Dropping
 from .folder import RunFolder
 from .ledger import Ledger, Row, RunConfig
-from .task import Task, kept_rows, settled_rows, valid_row
+from .task import Task, rows_to_record, settled_rows, valid_row
 
 LEAST_MEMORY = 256 << 20
 Outcomes = Iterator[tuple[int, list[Row] | InputError]]
@@ -113,7 +113,7 @@ def run_batch(
         yield from finished
         work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or Limits()))
         for index, outcome in work(tasks):  # a task left out, such as of a lost cluster, keeps waiting
-            rows = kept_rows(tasks[index], outcome, batch.folder)
+            rows = rows_to_record(tasks[index], outcome, batch.folder)
             ledger.write(rows)
             yield finished_object(tasks[index].name, rows)
         ledger.end_call()

@@ -32,7 +32,7 @@ def valid_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry
         return None
     if row.outcome != DONE:
         return replace(row, source=stamp)
-    about = kept_file(row, folder)
+    about = valid_file_row(row, folder)
     return about and replace(row, source=stamp, **about)
 
 
@@ -53,7 +53,7 @@ def source_stamp(path: Path) -> str:
     return " ".join(f"{file.st_size} {file.st_mtime_ns}" for file in about)
 
 
-def kept_file(row: Row, folder: RunFolder) -> dict[str, int] | None:
+def valid_file_row(row: Row, folder: RunFolder) -> dict[str, int] | None:
     """Return size and time of the file of a row's centres; what is not that file is thrown away."""
     path = folder.entry(row.run)
     try:
@@ -126,7 +126,7 @@ def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.
     )
 
 
-def kept_rows(task: Task, outcome: list[Row] | InputError, folder: RunFolder) -> list[Row]:
+def rows_to_record(task: Task, outcome: list[Row] | InputError, folder: RunFolder) -> list[Row]:
     """Return a task's rows as they are to be written, once all that they tell of is on the disk for certain."""
     if isinstance(outcome, FullDisk):
         raise outcome

@@ -19,7 +19,7 @@ from ..simulator.mechanics import Amounts, amount
 
 CLONE_FILES = 0x400  # of Linux's sched.h
 CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # of its close_range.h, and where no descriptor is
-LARGEST_KEPT = 2**25 - 2**13  # bytes
+LARGEST_REUSED_BLOCK = 2**25 - 2**13  # bytes
 MISSING = (
     "backend 'bullet' needs PyBullet, which is not installed: pip install 'pybullet>=3.2.7' "
     "(ready-made for CPython up to 3.11 on Linux; for others pip builds it with a C++ compiler)"
@@ -114,7 +114,7 @@ def keep_memory():
     The C library of Linux keeps blocks as large as the largest that was ever freed, up to 32 MiB, so that some engines
     later it would do so anyhow. The block below is never written to.
     """
-    np.empty(LARGEST_KEPT, np.uint8)
+    np.empty(LARGEST_REUSED_BLOCK, np.uint8)
 
 
 @dataclass(frozen=True, kw_only=True)

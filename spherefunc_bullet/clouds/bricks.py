@@ -64,7 +64,7 @@ def beside(offset, own):
 
 
 @lean_njit(forceinline=True)
-def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
+def has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
     """Return whether a kept point stands for (x, y, z), which lies so many cells from the grid's first whole one.
 
     Cells are two distances wide, so that the ball around a point touches at most two along each axis. The point's own
@@ -106,7 +106,7 @@ def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, brick
         x, y, z = point[0], point[1], point[2]
         across, along, up = (x - low[0]) * scale, (y - low[1]) * scale, (z - low[2]) * scale
         own = normals[plane]
-        if has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, own, aside):
+        if has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, own, aside):
             continue
         place, used = place_of(bricks, used, own_cell(across), own_cell(along), own_cell(up))
         kept[count, 0], kept[count, 1], kept[count, 2] = x, y, z

@@ -69,7 +69,7 @@ def _near_in_chain(points, other, follower, x, y, z, squared, normal, aside):
 
 
 @njit(cache=True)
-def _has_kept_near(points, p, scale, table, follower, shift, normal, aside):
+def _has_kept_point_near(points, p, scale, table, follower, shift, normal, aside):
     """Return whether a kept point that stands for point ``p`` is nearer to it than half a cell.
 
     Cells are two distances wide, so that the ball around a point touches at most two along each axis: its own
@@ -102,7 +102,7 @@ def _thin(points, distance, normals, ends, aside, bits):
     for p in range(len(points)):
         while p >= ends[plane]:
             plane += 1
-        if _has_kept_near(points, p, scale, table, follower, shift, normals[plane], aside):
+        if _has_kept_point_near(points, p, scale, table, follower, shift, normals[plane], aside):
             continue
         x, y, z = points[p, 0] * scale, points[p, 1] * scale, points[p, 2] * scale
         i, j, k = np.int64(math.floor(x)), np.int64(math.floor(y)), np.int64(math.floor(z))

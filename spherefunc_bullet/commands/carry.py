@@ -74,7 +74,7 @@ def carry(
     results = run_on_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
     rows = [row_of(file, result) for file, (_, result) in results]
     write_tiles([carry_tile(*carried) for _, carried in results if picture], picture)
-    print_json(rows) if json else print_kept(rows, settings.angles_deg)
+    print_json(rows) if json else print_shares(rows, settings.angles_deg)
     failures.exit()
 
 
@@ -105,7 +105,7 @@ def row_of(file: Path, result: CarryResult) -> Row:
     }
 
 
-def print_kept(rows: Sequence[Row], angles: Sequence[float]):
+def print_shares(rows: Sequence[Row], angles: Sequence[float]):
     """Print a line for each object."""
     table = []
     for row in rows:

@@ -18,7 +18,7 @@ from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
     from ..classification import Asked
-    from ..settling.dropping import Loading
+    from ..settling.dropping import LoadOptions
 from typing import Any
 
 from ..console import print_table, show
@@ -58,14 +58,14 @@ def classify(
 ):
     """Classify the function of each object."""
     from ..formats.files import require_place
-    from ..learning.model_file import models_to_ask
+    from ..learning.model_file import models_for
     from ..processes.tasks import run_tasks
-    from ..settling.dropping import Loading
+    from ..settling.dropping import LoadOptions
     from ..simulator import isolated, make_simulator
 
     if table is not None:
         require_place(table)
-    asked = models_to_ask(model, backend, function)
+    asked = models_for(model, backend, function)
     functions = asked[0][0].functions_
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
@@ -74,7 +74,7 @@ def classify(
         if len(asked) > 1:
             raise InputError(f"--backend {backend}: expected one with --any-pose")
         return classify_any_pose(names, asked[0][0], units, json)
-    how = (asked, Loading(up=up, units=units), json or explain, explain)
+    how = (asked, LoadOptions(up=up, units=units), json or explain, explain)
     isolate = any(isolated(make_simulator(one.simulator)) for one, _ in asked)
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
@@ -115,17 +115,17 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 def classified_file(
     file: Path,
     asked: Sequence[Asked],
-    loading: Loading,
+    loading: LoadOptions,
     reasons: bool = True,
     explain: bool = True,
 ) -> Row:
     """Return what the contract prints of one file, reasons and what decided where that is wanted; for a worker."""
     from ..classification import classify_by_all
-    from ..settling.dropping import KeptFile
+    from ..settling.dropping import CachedFile
 
     started = time.perf_counter()
     reports = chain([say], repeat(None))  # what is odd about the file is said once
-    decision = classify_by_all(lambda model: KeptFile(file, model.dropping(loading), next(reports)), asked)
+    decision = classify_by_all(lambda model: CachedFile(file, model.dropping(loading), next(reports)), asked)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
     if not explain:
         return row

@@ -75,11 +75,11 @@ def dropping(
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
-    from ..settling.dropping import Dropping, Loading
+    from ..settling.dropping import Dropping, LoadOptions
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape=shape))
-    way, loading = find_method(method), Loading(up=up, units=units)
+    way, loading = find_method(method), LoadOptions(up=up, units=units)
     lengths = way.radii if radii is None else parse_lengths(radii)
     if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
         limits = f"expected spheres of {' to '.join(map(format_length, SPHERES))}, got {format_length(odd[-1])}"

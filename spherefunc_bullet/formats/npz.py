@@ -169,7 +169,7 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
     return buffer.getvalue()
 
 
-def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
+def cached_check(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
     """Return what ``check``, which is known by a name, says of the object with this hash."""
     return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
 

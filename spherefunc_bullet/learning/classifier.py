@@ -18,20 +18,20 @@ from ..classification import decide
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
 from ..function_model import THRESHOLD, FunctionModel
-from ..settling.dropping import CloudObject, settle_kept
+from ..settling.dropping import CloudObject, settle_cached
 from ..settling.drops import DropsByRadius
 from ..settling.settling import settle
 from ..simulator import Simulator
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
 
 
-class Alias(TypedDict, total=False):
+class BackendAlias(TypedDict, total=False):
     """Other names of estimators' parameters."""
 
     backend: str | Simulator  # the same as ``simulator``
 
 
-def simulator_named(simulator: str | Simulator, *, backend: str | Simulator | None = None) -> str | Simulator:
+def simulator_argument(simulator: str | Simulator, *, backend: str | Simulator | None = None) -> str | Simulator:
     """Return the simulator that an estimator was given by one of the two names."""
     return simulator if backend is None else backend
 
@@ -131,7 +131,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return self.functions_ if columns is None else columns
 
     def _settled(self, clouds: Sequence[Cloud]) -> list[DropsByRadius]:
-        drop = settle_kept if self.cache else settle
+        drop = settle_cached if self.cache else settle
         return [drop(cloud, self.simulator, self.radii, self.seed, self.length) for cloud in clouds]
 
 

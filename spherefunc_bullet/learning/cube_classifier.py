@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
 from ..simulator import Simulator
-from .classifier import Alias, CloudClassifier, require_alike, simulator_named
+from .classifier import BackendAlias, CloudClassifier, require_alike, simulator_argument
 from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
 from .labels import Label, as_sets, memberships, more_members
@@ -63,9 +63,9 @@ class CubeClassifier(CloudClassifier):
         seed: int = 0,
         random_state: int = 0,
         cache: bool = True,
-        **alias: Unpack[Alias],
+        **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_named(simulator, **alias)
+        self.simulator = simulator_argument(simulator, **alias)
         self.radii = radii
         self.method = method
         self.seed = seed
@@ -252,7 +252,7 @@ def by_radii(settled: Sequence[DropsByRadius]) -> dict[frozenset[float], list[in
     return rows
 
 
-def cubes_kept(model: CubeClassifier) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def cube_parts(model: CubeClassifier) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return what is kept of a classifier by cubes beside what is kept of all."""
     arrays = {}
     for i, radius in enumerate(model.radii):

@@ -16,7 +16,7 @@ from ..errors import renamed
 from ..function_model import THRESHOLD
 from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
-from .classifier import Alias, CloudClassifier, require_alike, simulator_named
+from .classifier import BackendAlias, CloudClassifier, require_alike, simulator_argument
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import (
@@ -99,9 +99,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         seed: int = 0,
         random_state: int = 0,
         cache: bool = True,
-        **alias: Unpack[Alias],
+        **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_named(simulator, **alias)
+        self.simulator = simulator_argument(simulator, **alias)
         self.radii = radii
         self.drops = drops
         self.early_drops = early_drops

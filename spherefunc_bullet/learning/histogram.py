@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.conversion import Anything, as_clouds
 from ..simulator import Simulator
-from .classifier import Alias, simulator_named
+from .classifier import BackendAlias, simulator_argument
 
 DIAMETERS = 3.5  # side of a cube in sphere diameters
 Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and what each holds (V,) float
@@ -181,9 +181,9 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         seed: int = 0,
         diameters: float = DIAMETERS,
         cache: bool = True,
-        **alias: Unpack[Alias],
+        **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_named(simulator, **alias)
+        self.simulator = simulator_argument(simulator, **alias)
         self.radius = radius
         self.seed = seed
         self.diameters = diameters
@@ -205,8 +205,8 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         return self.cubes_.transform(self._settled(X))
 
     def _settled(self, X: Iterable[Anything]) -> list[np.ndarray]:
-        from ..settling.dropping import settle_kept
+        from ..settling.dropping import settle_cached
         from ..settling.settling import settle
 
-        drop = settle_kept if self.cache else settle
+        drop = settle_cached if self.cache else settle
         return [drop(cloud, self.simulator, [self.radius], self.seed)[self.radius].rests for cloud in as_clouds(X)]

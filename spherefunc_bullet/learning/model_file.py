@@ -71,7 +71,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     """
     from sklearn.utils.validation import check_is_fitted
 
-    from .cube_classifier import CubeClassifier, cubes_kept
+    from .cube_classifier import CubeClassifier, cube_parts
 
     check_is_fitted(model, "members_")
     require_bounds(model.radii, model.length.drops, path)
@@ -89,14 +89,14 @@ def save_model(model: CloudClassifier, path: str | Path):
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
     }
     arrays = {"members": model.members_, "names": np.array(model.names_)}
-    more, parts = cubes_kept(model) if isinstance(model, CubeClassifier) else profile_parts(model)
+    more, parts = cube_parts(model) if isinstance(model, CubeClassifier) else profile_parts(model)
     about |= more
     with writing(Path(path)), open(path, "wb") as file:
         np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
 
 
 @cache
-def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
+def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     """Return a model that this process keeps, so that it is read once; nobody may change it.
 
     Parameters
@@ -113,7 +113,7 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
         raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
     model = read_model(path, backend, rebuilt_for_inference)
     if isinstance(model, FileModel):
-        model.origin = (kept_model, (path, backend, changed))
+        model.origin = (cached_model, (path, backend, changed))
     return model
 
 
@@ -130,10 +130,10 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
     if isinstance(model, FunctionModel):
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
-    return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
+    return cached_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 
-def models_to_ask(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[Asked]:
+def models_for(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[Asked]:
     """Return the model of each backend named, with what returns its model for single views.
 
     Parameters

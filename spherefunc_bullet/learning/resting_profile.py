@@ -9,11 +9,11 @@ import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from ..clouds.conversion import Anything, as_cloud
-from ..settling.dropping import settle_kept
+from ..settling.dropping import settle_cached
 from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
 from ..settling.settling import settle
 from ..simulator import Simulator
-from .classifier import Alias, simulator_named
+from .classifier import BackendAlias, simulator_argument
 from .profiles.quantities import NAMES, profiles_over
 
 
@@ -39,10 +39,10 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         drops: int = DROPS,
         seed: int = 0,
         cache: bool = True,
-        **alias: Unpack[Alias],
+        **alias: Unpack[BackendAlias],
     ):
         self.radius = radius
-        self.simulator = simulator_named(simulator, **alias)
+        self.simulator = simulator_argument(simulator, **alias)
         self.drops = drops
         self.seed = seed
         self.cache = cache
@@ -67,7 +67,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
             return item
         if isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] == NO_DROPS.rows().shape[1]:
             return drops_from_rows(self.radius, item)
-        drop, length = settle_kept if self.cache else settle, RunLimit(drops=self.drops)
+        drop, length = settle_cached if self.cache else settle, RunLimit(drops=self.drops)
         return drop(as_cloud(item), self.simulator, [self.radius], self.seed, length)[self.radius]
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:

@@ -20,7 +20,7 @@ from ..clouds.cloud import Cloud, load_cloud
 from ..clouds.orientation import Report, promised_up
 from ..clouds.preparation import prepare
 from ..errors import one_line
-from ..formats.npz import computed_once, entry_path, kept_answer
+from ..formats.npz import cached_check, computed_once, entry_path
 from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from ..simulator import Simulator, make_simulator, provenance_of
@@ -33,13 +33,13 @@ Check = Callable[[str, Callable[[Cloud], bool]], bool]  # asks a cloud, unless t
 
 
 @dataclass(frozen=True, kw_only=True)
-class Loading:
+class LoadOptions:
     """How files become clouds."""
 
     up: str = BY_FILE
     units: str = "m"
 
-    def of(self, path: Path) -> Loading:
+    def of(self, path: Path) -> LoadOptions:
         """Return how one file is loaded, with the axis that its format promises where that decides."""
         return replace(self, up=promised_up(path)) if self.up == BY_FILE else self
 
@@ -55,7 +55,7 @@ class Dropping:
     simulator: str | Simulator
     radii: tuple[float, ...]  # metres
     seed: int = 0
-    loading: Loading = field(default_factory=Loading)
+    loading: LoadOptions = field(default_factory=LoadOptions)
     length: RunLimit = LIMITED  # of runs
 
     def __post_init__(self):
@@ -113,15 +113,15 @@ class Dropping:
         return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
 
 
-def settle_kept(
+def settle_cached(
     cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
 ) -> DropsByRadius:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
-    return dropping.drops(kept_runs(cloud_hash(cloud), lambda: dropping.prepared(cloud), dropping))
+    return dropping.drops(cached_runs(cloud_hash(cloud), lambda: dropping.prepared(cloud), dropping))
 
 
-def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:
+def cached_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:
     """Return the runs on an object with this hash, from the cache, or a run directory, where it has them."""
     runs = {}
     for radius in dropping.radii:
@@ -154,18 +154,18 @@ class CloudObject:
     def drops(self, length: RunLimit) -> DropsByRadius:
         """Return the drops of runs with this limit."""
         how = (self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
-        return settle_kept(self.own, *how) if self.cache else settle(self.cloud(), *how)
+        return settle_cached(self.own, *how) if self.cache else settle(self.cloud(), *how)
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return what ``check`` says of the cloud, cached under this name where results are."""
-        return kept_answer(cloud_hash(self.own), name, lambda: check(self.own)) if self.cache else check(self.own)
+        return cached_check(cloud_hash(self.own), name, lambda: check(self.own)) if self.cache else check(self.own)
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return what ``count`` counts in the cloud."""
         return count(self.cloud())
 
 
-class KeptFile:
+class CachedFile:
     """A file's object and what is kept of it by content: the file is read once at most, and only for what is not kept.
 
     Parameters
@@ -186,11 +186,11 @@ class KeptFile:
     def drops(self, length: RunLimit) -> DropsByRadius:
         """Return the drops of runs with this limit."""
         dropping = replace(self.dropping, length=length)
-        return dropping.drops(kept_runs(self.content, self.cloud, dropping))
+        return dropping.drops(cached_runs(self.content, self.cloud, dropping))
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return the result of ``check`` for the cloud, cached under this name."""
-        return kept_answer(self.content, name, lambda: check(self.cloud()))
+        return cached_check(self.content, name, lambda: check(self.cloud()))
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return what ``count``, which is known by a name, counts in the cloud."""

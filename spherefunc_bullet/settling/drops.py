@@ -15,12 +15,12 @@ from ..clouds.preparation import turned
 from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
-ASKED = 50  # settled spheres tested for walls around them, about; the others are NaN
+WALL_TESTS = 50  # settled spheres tested for walls around them, about; the others are NaN
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
 EARLY_DROPS = 40  # at each radius: enough to classify most objects (docs/studies.md)
 FEW = 5  # settled spheres of all radii together from which much can be concluded
-LOST = -1  # in place of an `Outcome`: did not settle; older files do not say how it ended
-_KEPT_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN
+NOT_SETTLED = -1  # in place of an `Outcome`: did not settle; older files do not say how it ended
+_ROW_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +29,7 @@ class Drops:
 
     radius: float  # metres
     places: np.ndarray  # (D, 2) float, metres: the column in which each began; NaN where that is not kept
-    outcomes: np.ndarray  # (D,) int8, each an `Outcome`, or `LOST`
+    outcomes: np.ndarray  # (D,) int8, each an `Outcome`, or `NOT_SETTLED`
     rests: np.ndarray  # (S, 3) float, metres: the centres of those that settled
     walled_in: np.ndarray  # (S,) float: 1 with the object on every side, 0 without; NaN where nobody looked
     losses_known: bool = True  # False for runs that end by misses: only settled spheres are kept
@@ -70,7 +70,7 @@ class Drops:
         """Return them as they are kept in files: (D, 6) float32, or (S, 3) where losses are not known, metres."""
         if not self.losses_known:
             return self.rests.astype(np.float32)
-        rows = np.full((len(self), _KEPT_WIDTH), np.nan, np.float32)
+        rows = np.full((len(self), _ROW_WIDTH), np.nan, np.float32)
         rows[:, :2] = self.places
         rows[self.settled, 2:] = np.column_stack([self.rests, self.walled_in])
         return rows
@@ -95,16 +95,16 @@ def resting_drops(radius: float, rests: np.ndarray, *, losses_known: bool = Fals
 
 def drops_from_rows(radius: float, rows: np.ndarray, outcomes: np.ndarray | None = None, **about: Any) -> Drops:
     """Return drops from the rows of a file, see `Drops.rows`; older files have no outcomes of lost drops."""
-    if rows.shape[1] != _KEPT_WIDTH:
+    if rows.shape[1] != _ROW_WIDTH:
         return replace(resting_drops(radius, rows), **about)
     settled = ~np.isnan(rows[:, 4])
     if outcomes is None:
-        outcomes = np.where(settled, np.int8(Outcome.SETTLED), np.int8(LOST))
+        outcomes = np.where(settled, np.int8(Outcome.SETTLED), np.int8(NOT_SETTLED))
     rests, walled_in = rows[settled, 2:5], rows[settled, 5]
     return Drops(radius=radius, places=rows[:, :2], outcomes=outcomes, rests=rests, walled_in=walled_in, **about)
 
 
-NO_DROPS = drops_from_rows(0.0, np.empty((0, _KEPT_WIDTH), np.float32))
+NO_DROPS = drops_from_rows(0.0, np.empty((0, _ROW_WIDTH), np.float32))
 
 
 def drops_of(result: DropResult, points: np.ndarray, radius: float) -> Drops:
@@ -121,7 +121,7 @@ def fallen_where_they_rest(rests: np.ndarray, points: np.ndarray, radius: float)
     from .enclosure import walled_in  # compiled, so not where all that is read was kept
 
     walls = np.full(len(rests), np.nan)
-    asked = slice(None, None, max(1, len(rests) // ASKED))
+    asked = slice(None, None, max(1, len(rests) // WALL_TESTS))
     walls[asked] = walled_in(points, rests[asked], radius)
     return replace(resting_drops(radius, rests, losses_known=True), places=rests[:, :2], walled_in=walls)
 

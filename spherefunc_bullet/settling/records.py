@@ -13,11 +13,11 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from ..datasets.dataset import size_of
 from ..errors import InputError, attempt
-from ..formats.npz import computed_once, entry_path, kept_answer
+from ..formats.npz import cached_check, computed_once, entry_path
 from ..formats.sources import Source, as_source
 from ..processes.tasks import run_tasks
 from ..simulator import isolated
-from .dropping import Check, Dropping, kept_runs
+from .dropping import Check, Dropping, cached_runs
 from .drops import DropsByRadius
 from .settling import falls_over
 
@@ -128,8 +128,8 @@ def object_record(
     source = as_source(file)
     content = dropping.content_hash(source)
     cloud = cache(lambda: cloud_for(dropping) if cloud_for else dropping.cloud(source))
-    shape = kept_shape(content, cloud, home, "size")
-    runs = kept_runs(content, cloud, dropping, home)
+    shape = cached_shape(content, cloud, home, "size")
+    runs = cached_runs(content, cloud, dropping, home)
     return ObjectRecord(
         path=source.path,
         size=shape["size"],
@@ -138,12 +138,12 @@ def object_record(
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
-        falls_over=kept_answer(content, "falls_over", lambda: falls_over(cloud()), home),
+        falls_over=cached_check(content, "falls_over", lambda: falls_over(cloud()), home),
         check=partial(file_check, source.path, dropping, home),
     )
 
 
-def kept_shape(content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str) -> dict[str, np.ndarray]:
+def cached_shape(content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str) -> dict[str, np.ndarray]:
     """Return arrays of these names of the shape of the object with this hash, see `shape_of`."""
     return computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()), names)
 
@@ -151,12 +151,12 @@ def kept_shape(content: str, cloud: Callable[[], Cloud], home: Path | None, *nam
 def file_voxels(path: Path, dropping: Dropping, home: Path | None = None) -> np.ndarray:
     """Return the cubes (V, 3) that a file's object occupies, see `shape_of`."""
     content = dropping.content_hash(path)
-    return kept_shape(content, lambda: dropping.cloud(path), home, "voxels")["voxels"]
+    return cached_shape(content, lambda: dropping.cloud(path), home, "voxels")["voxels"]
 
 
 def file_check(path: Path, dropping: Dropping, home: Path | None, name: str, check: Callable[[Cloud], bool]) -> bool:
     """Return the result of a check of the cloud of a file, from the cache where it has it by this name."""
-    return kept_answer(dropping.content_hash(path), name, lambda: check(dropping.cloud(path)), home)
+    return cached_check(dropping.content_hash(path), name, lambda: check(dropping.cloud(path)), home)
 
 
 def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:

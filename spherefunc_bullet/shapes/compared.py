@@ -215,7 +215,7 @@ def compare_shapes(
     if shapes and not has_vhacd():
         report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
     pairs = [pair for path in others for pair in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
-    pairs += rows_of_candidates(subject, makes, kept, report)
+    pairs += candidate_rows(subject, makes, kept, report)
     solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
 
@@ -234,9 +234,7 @@ def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Repo
             report(f"link {one_line(link.name)}: {error}")
 
 
-def rows_of_candidates(
-    subject: Subject, makes: dict[str, Make], kept: Kept, report: Report
-) -> Iterator[tuple[Solid, Row]]:
+def candidate_rows(subject: Subject, makes: dict[str, Make], kept: Kept, report: Report) -> Iterator[tuple[Solid, Row]]:
     """Yield each candidate with its row; one that cannot be used is reported and left out."""
     subject.seen  # noqa: B018 - an object that cannot be used itself is an error, before any candidate is made
     for name, make in makes.items():

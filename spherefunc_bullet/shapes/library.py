@@ -143,7 +143,7 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
     return counts
 
 
-def kept_counts(results: Sequence[Result]) -> list[tuple[int, int, str]]:
+def counts_kept(results: Sequence[Result]) -> list[tuple[int, int, str]]:
     """Return of each use that there is how many objects keep it, how many there are, and what they do."""
     counts = summary(results)
     return [
@@ -162,7 +162,7 @@ def page(title: str, results: Sequence[Result]) -> str:
     read = [result for result in results if result.get("shapes")]
     failed = [result for result in results if "error" in result]
     body = template.render(title=title, results=read, failed=failed, counts=summary(results), said=said, short=short,
-                           kept=kept_counts(results))  # fmt: skip
+                           kept=counts_kept(results))  # fmt: skip
     return page_html(title, [body], style="", kind="shapes")
 
 

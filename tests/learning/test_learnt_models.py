@@ -38,7 +38,7 @@ from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
 from spherefunc_bullet.learning.validation import member_scores, radius_weights
-from spherefunc_bullet.settling.dropping import settle_kept
+from spherefunc_bullet.settling.dropping import settle_cached
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
 from spherefunc_bullet.settling.settling import settle
 
@@ -270,7 +270,7 @@ def test_what_is_trained_reads_as_much_as_what_ships():
     ships, own = load_model(), FunctionClassifier()
     assert own.length == ships.length and own.early_drops == ships.early_.drops and own.radii == ships.radii
     assert own.seed == ships.seed == 0 and METHODS["profile"].length == ships.length
-    drops = [drop(clouds.mug(), "fast", [0.02], length=RunLimit(drops=30))[0.02] for drop in (settle, settle_kept)]
+    drops = [drop(clouds.mug(), "fast", [0.02], length=RunLimit(drops=30))[0.02] for drop in (settle, settle_cached)]
     assert np.array_equal(drops[0].rests, drops[1].rests)
 
 

@@ -18,8 +18,8 @@ from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import METHODS
 from spherefunc_bullet.learning.model_file import (
+    cached_model,
     inference_model,
-    kept_model,
     load_model,
     new_classifier,
     save_model,
@@ -131,7 +131,7 @@ def test_a_model_written_while_others_ask_it_is_not_mixed_up(tmp_path):
     shutil.copy(shipped_model("fast"), path)
     sent = pickle.dumps(inference_model(path, None))
     os.utime(path, ns=(10**9, 10**9))
-    kept_model.cache_clear()  # as in a process that has not read it yet
+    cached_model.cache_clear()  # as in a process that has not read it yet
     with pytest.raises(InputError, match="written since"):
         pickle.loads(sent)
 

@@ -18,7 +18,7 @@ from spherefunc_bullet.learning.model_file import inference_model, load_model, s
 from spherefunc_bullet.learning.profiles.forest import forest_from_sklearn
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.profiles.words import deciding, nearest, sentences
-from spherefunc_bullet.settling.drops import LOST, RunLimit, drops_from_rows
+from spherefunc_bullet.settling.drops import NOT_SETTLED, RunLimit, drops_from_rows
 from spherefunc_bullet.settling.enclosure import walled_in
 from spherefunc_bullet.settling.settling import HANDHELD, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -63,7 +63,7 @@ def test_what_is_kept_of_drops_is_all_of_them(length):
         assert np.array_equal(getattr(again, name), getattr(drops, name), equal_nan=True), name
     assert again.losses_known == drops.losses_known == (length.drops is not None)
     old = drops_from_rows(RADIUS, drops.rows())  # of a file that knows no outcomes
-    assert np.array_equal(old.settled, drops.settled) and set(old.outcomes[~old.settled]) <= {LOST}
+    assert np.array_equal(old.settled, drops.settled) and set(old.outcomes[~old.settled]) <= {NOT_SETTLED}
 
 
 @pytest.mark.parametrize("degrees", [30, 90, -120])

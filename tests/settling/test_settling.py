@@ -19,12 +19,12 @@ from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
-from spherefunc_bullet.settling.dropping import Dropping, KeptFile, Loading, cloud_hash, settle_kept
+from spherefunc_bullet.settling.dropping import CachedFile, Dropping, LoadOptions, cloud_hash, settle_cached
 from spherefunc_bullet.settling.drops import (
-    ASKED,
     LIMITED,
-    LOST,
+    NOT_SETTLED,
     TO_THE_END,
+    WALL_TESTS,
     RunLimit,
     drops_from_rows,
     drops_of,
@@ -83,15 +83,15 @@ def test_the_plate_to_warm_up_with_is_where_its_surface_is():
 
 
 def test_what_was_guessed_of_a_file_is_said_whether_it_is_read_again_or_not(tmp_path):
-    file, dropping = tmp_path / "mug.xyz", Dropping(simulator="fast", radii=(0.01,), loading=Loading(units="auto"))
+    file, dropping = tmp_path / "mug.xyz", Dropping(simulator="fast", radii=(0.01,), loading=LoadOptions(units="auto"))
     np.savetxt(file, 1000 * clouds.mug().points)
     said = [[], []]
     for lines in said:
-        KeptFile(file, dropping, lines.append)
+        CachedFile(file, dropping, lines.append)
     assert said[0] == said[1] and said[0] and all(line.startswith("mug.xyz") for line in said[0])
-    assert KeptFile(file, dropping).cloud().size[2] == pytest.approx(0.1, rel=0.05)  # and to nobody if nobody asks
+    assert CachedFile(file, dropping).cloud().size[2] == pytest.approx(0.1, rel=0.05)  # and to nobody if nobody asks
     silent = []
-    KeptFile(file, replace(dropping, loading=Loading(units="mm")), silent.append)
+    CachedFile(file, replace(dropping, loading=LoadOptions(units="mm")), silent.append)
     assert not silent
 
 
@@ -164,8 +164,8 @@ def test_spheres_that_find_places_are_a_fortieth_of_an_object_within_limits(size
 
 
 def test_the_axis_that_a_format_promises_counts_where_nobody_says_another():
-    assert [Loading().of(Path(name)).up for name in ("a.glb", "a.stl")] == ["y", "z"]
-    assert Loading(up="z").of(Path("a.glb")).up == "z"
+    assert [LoadOptions().of(Path(name)).up for name in ("a.glb", "a.stl")] == ["y", "z"]
+    assert LoadOptions(up="z").of(Path("a.glb")).up == "z"
 
 
 def test_the_mesh_decides_what_a_cloud_is_kept_by():
@@ -193,7 +193,7 @@ def test_whatever_is_not_known_of_drops_is_not_made_up():
 def test_about_fifty_spheres_are_tested_for_walls(settled):
     rests = np.random.default_rng(0).uniform(size=(settled, 3))
     looked = np.isfinite(fallen_where_they_rest(rests, rests, 0.01).walled_in)
-    assert min(settled, ASKED) <= looked.sum() < 2 * ASKED and looked[0]
+    assert min(settled, WALL_TESTS) <= looked.sum() < 2 * WALL_TESTS and looked[0]
 
 
 def test_a_run_without_columns_is_one_of_spheres_that_fell_straight_down():
@@ -234,7 +234,7 @@ def test_rows_of_older_files_are_read():
     rows = np.column_stack([centers[:, :2], centers, np.ones(4, np.float32)])
     rows[1, 2:] = np.nan
     drops = drops_from_rows(0.02, rows)
-    assert LOST not in list(Outcome) and drops.outcomes[1] == LOST  # nobody knows how
+    assert NOT_SETTLED not in list(Outcome) and drops.outcomes[1] == NOT_SETTLED  # nobody knows how
     assert drops.losses_known and drops.settled.tolist() == [True, False, True, True]
     assert np.array_equal(drops.rests, centers[[0, 2, 3]]) and (drops.walled_in == 1).all()
     kept = drops_from_rows(0.02, rows, np.array([0, Outcome.ROLLED_OFF, 0, 0], np.int8), provenance={"by": 1})
@@ -248,5 +248,5 @@ def test_objects_are_levelled_where_few_drops_are_to_tell_and_stay_as_they_are_i
     assert how.prepared(askew) is askew and replace(how, length=TO_THE_END).prepared(askew) is askew
     level = replace(how, length=RunLimit(drops=20)).prepared(askew)
     assert level.size[2] == pytest.approx(table.size[2], rel=0.03) and askew.size[2] > 1.05 * table.size[2]
-    both = [drop(table, "fast", [0.02]) for drop in (settling.settle, settle_kept)]
+    both = [drop(table, "fast", [0.02]) for drop in (settling.settle, settle_cached)]
     assert np.array_equal(both[0][0.02].rests, both[1][0.02].rests)  # of the same seed, where nobody says another

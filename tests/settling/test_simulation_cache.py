@@ -13,7 +13,7 @@ from objects_to_scan import slab_on_posts
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.npz import packed, read_entry
-from spherefunc_bullet.settling.dropping import CloudObject, Dropping, KeptFile, Loading
+from spherefunc_bullet.settling.dropping import CachedFile, CloudObject, Dropping, LoadOptions
 from spherefunc_bullet.settling.drops import TO_THE_END, RunLimit
 from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
@@ -147,7 +147,7 @@ def test_same_content_under_another_name_is_the_same(files, tmp_path):
     "options",
     [
         {"seed": 1},
-        {"loading": Loading(up="y")},
+        {"loading": LoadOptions(up="y")},
         {"simulator": make_simulator("fast", flat_angle_deg=2.0)},
         {"radii": (0.015,)},
     ],
@@ -213,7 +213,7 @@ def test_a_record_says_what_its_runs_took_and_made_them(files):
     for radius, drops in mug.settled.items():
         assert drops.radius == radius and drops.provenance["settings"]["radius"] == radius
         assert np.array_equal(mug.centers(radius), drops.rests) and drops.provenance["seed"] == 0
-    assert Loading().kept() == {"up": "z", "units": "m"} == Loading(up="z").kept()
+    assert LoadOptions().kept() == {"up": "z", "units": "m"} == LoadOptions(up="z").kept()
     assert Dropping(simulator="fast", radii=[0.01]).settings(0.01) == {
         name: value for name, value in vars(drop_settings(make_simulator("fast"), 0.01)).items() if value is not None
     }
@@ -227,11 +227,11 @@ def test_a_cloud_s_drops_are_kept_where_that_is_asked_for_and_a_file_s_answers_a
     length = RunLimit(drops=20)
     drops = [CloudObject(own=mug, dropping=dropping, **how).drops(length)[0.02] for how in ({}, {"cache": True})]
     assert np.array_equal(drops[0].rests, drops[1].rests) and len(entries()) == 1
-    for item, times in ((CloudObject(own=mug, dropping=dropping), 2), (KeptFile(files[0], dropping), 1)):
+    for item, times in ((CloudObject(own=mug, dropping=dropping), 2), (CachedFile(files[0], dropping), 1)):
         asked.clear()
         for _ in range(2):
             assert item.count("parts", lambda cloud: asked.append(cloud) or 7) == 7
             assert not item.check("stands", lambda cloud: bool(asked.append(cloud)))
         assert len(asked) == 2 * times and all(np.allclose(cloud.size, mug.size, atol=1e-3) for cloud in asked)
-    first, again = (KeptFile(path, dropping).drops(length)[0.02] for path in files[:1] * 2)
+    first, again = (CachedFile(path, dropping).drops(length)[0.02] for path in files[:1] * 2)
     assert len(first) == 20 and np.array_equal(first.rests, again.rests)

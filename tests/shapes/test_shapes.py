@@ -14,7 +14,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
-from spherefunc_bullet.shapes.compared import rows_of_candidates
+from spherefunc_bullet.shapes.compared import candidate_rows
 from spherefunc_bullet.shapes.comparison import Subject, row_of
 from spherefunc_bullet.shapes.loaded import Frame, loaded
 from spherefunc_bullet.shapes.rows import Kept
@@ -125,7 +125,7 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
 def test_a_candidate_that_no_engine_takes_costs_itself(subject):
     points = Cloud(subject.mesh.vertices, "points")
     said, makes = [], {"points": partial(of_mesh, points), "hull": partial(of_hull, subject.cloud)}
-    rows = [row for _, row in rows_of_candidates(subject, makes, Kept(), said.append)]
+    rows = [row for _, row in candidate_rows(subject, makes, Kept(), said.append)]
     assert [row.name for row in rows] == ["hull"]
     assert said == ["points: expected a mesh to make shapes of, got points; it is not compared"]
 
@@ -368,7 +368,7 @@ def test_a_handle_is_found_where_a_loop_is_open(subject):
 
 def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
     """A seat whose level is a little higher, and which is still one, is not lost; a table is, by its level."""
-    from spherefunc_bullet.shapes.library import kept_counts, summary
+    from spherefunc_bullet.shapes.library import counts_kept, summary
 
     def result(name, seat, level_kept):
         functions = {name: {"member": True}}
@@ -379,7 +379,7 @@ def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
     counts = summary(results)
     assert counts["seats that are no longer classified as seats"] == 1 and counts["seats"] == 2
     assert counts["tables that do not carry at their level"] == 1 and "vessels" not in counts
-    assert kept_counts(results) == [
+    assert counts_kept(results) == [
         (1, 2, "seats are still classified as seats"),
         (0, 1, "tables still carry at their level"),
     ]

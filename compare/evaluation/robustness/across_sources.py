@@ -63,7 +63,7 @@ def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
     return kinds
 
 
-def kept_profiled(
+def profiled_with_model(
     model: CloudClassifier, dataset: Dataset, dropping: Dropping, jobs: int, failures: Failures
 ) -> Profiled:
     """Return the quantities of a data set's objects that a model has kept, and what checks those of sources.
@@ -196,7 +196,7 @@ def main(
         simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
         objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), dropping.radii)
     else:
-        objects, read = dataset.objects, kept_profiled(load_model(model), dataset, dropping, jobs, failures)
+        objects, read = dataset.objects, profiled_with_model(load_model(model), dataset, dropping, jobs, failures)
     report = report_of(answered(read, objects, kinds_of(datasets)))
     print_json(report) if json else print_report(report)
     failures.exit()

@@ -29,7 +29,7 @@ from .across_sources import described, kinds_of, print_report, report_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeptAnswer:
+class SavedAnswer:
     """What is kept of an answer, which itself holds the object's points."""
 
     functions: frozenset[str]
@@ -37,17 +37,17 @@ class KeptAnswer:
     unsure: bool
 
 
-def kept_answer(answer: Answer) -> KeptAnswer:
+def saved_answer(answer: Answer) -> SavedAnswer:
     """Return what is kept of an answer."""
-    return KeptAnswer(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
+    return SavedAnswer(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
 
 
-def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[KeptAnswer]]:
+def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[SavedAnswer]]:
     """Return the objects that could be classified, and the answers; the others are failures."""
     objects, answers = [], []
     for item in progress(dataset.objects, len(dataset), "classifying"):
         try:
-            answers.append(kept_answer(classify(item.path, explain=False, **how)))
+            answers.append(saved_answer(classify(item.path, explain=False, **how)))
         except InputError as error:
             failures.add(error)
         else:
@@ -55,7 +55,7 @@ def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dat
     return replace(dataset, objects=tuple(objects)), answers
 
 
-def row_of(item: DatasetObject, answer: KeptAnswer) -> dict[str, str]:
+def row_of(item: DatasetObject, answer: SavedAnswer) -> dict[str, str]:
     """Return one answer beside the label."""
     return {
         "file": item.path.name,
