@@ -14,7 +14,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
 from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
-from .nearby import MAX_SPHERES, POINT_REACH, Nearby
+from .nearby import MAX_SPHERES, POINT_REACH, Neighbourhood
 from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
 
@@ -24,11 +24,11 @@ SPARSE = 0.5  # radii between points, about, where drops are few
 STALLED = 4  # steps that get no lower by which a sphere counts as blocked
 
 
-def empty_neighborhood(point_count: int) -> Nearby:
+def empty_neighborhood(point_count: int) -> Neighbourhood:
     """Return room for the surroundings of any place of a cloud with so many points."""
     rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
     scratch = np.empty((MAX_CONTACTS + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
-    return Nearby(*rooms, np.full(3, np.inf), *scratch)
+    return Neighbourhood(*rooms, np.full(3, np.inf), *scratch)
 
 
 class RollOptions(Protocol):

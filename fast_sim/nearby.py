@@ -25,7 +25,7 @@ MAX_SPHERES = 128  # that fit within SPHERE_REACH of a place: at the densest 0.7
 NONE, ONE, FOUR, EIGHT, FULL = (np.uint64(number) for number in (0, 1, 4, 8, 64))
 
 
-class Nearby(NamedTuple):
+class Neighbourhood(NamedTuple):
     """Points and settled spheres near a place."""
 
     points: np.ndarray  # (3, N + 1) metres, all x, all y and all z of the first counts[0]

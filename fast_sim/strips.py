@@ -18,7 +18,7 @@ import numpy as np
 from .dropping import drop_one
 from .grid import PointGrid, SphereGrid, insert
 from .kernels import entry_jit
-from .nearby import Nearby
+from .nearby import Neighbourhood
 from .rolling import ASTRAY, SETTLED
 
 LARGE = 2000  # columns of an object that is worth it
@@ -30,7 +30,7 @@ TILE = 12  # radii: the side of the squares that are filled one after another
 EVERYWHERE = (-np.inf, np.inf, -np.inf, np.inf)
 
 
-class Ends(NamedTuple):
+class DropEnds(NamedTuple):
     """What became of spheres that were dropped together."""
 
     centers: np.ndarray  # (M, 3) where they ended, metres
@@ -51,7 +51,7 @@ def drop_in_strip(points, spheres, nearby, columns, order, radius, shape, low, h
     spares : (M,) uint32
         A block for each column's sphere, should it need one; set to 0 where it did.
     ends, outcomes, touching
-        Of `Ends`; receive what became of them, `ASTRAY` where one would have left the strip.
+        Of `DropEnds`; receive what became of them, `ASTRAY` where one would have left the strip.
     """
     for k in order:
         x, y = columns[k, 0], columns[k, 1]
@@ -65,7 +65,7 @@ def drop_in_strip(points, spheres, nearby, columns, order, radius, shape, low, h
 class Strips:
     """How an object is cut, and what its strips need beside its grids: scratch for each core, and spare blocks."""
 
-    def __init__(self, spheres: SphereGrid, radius: float, nearbies: Sequence[Nearby]):
+    def __init__(self, spheres: SphereGrid, radius: float, nearbies: Sequence[Neighbourhood]):
         self.radius, self.low = radius, np.array([spheres.left, spheres.front])
         # A sphere reads up to 3.3 radii from where it last looked around, and all of the columns there; it settles
         # within 1.3 radii. So far inside their strips, no two of them meet in one column.
@@ -80,9 +80,9 @@ class Strips:
         cuts.sort(key=lambda cut: -len(cut[1]))
         self.rounds = [*cuts, (0, np.empty(0))]  # along which axis it is cut, and where; last, not at all
 
-    def drop(self, points: PointGrid, spheres: SphereGrid, columns: np.ndarray, *how: object) -> Ends:
+    def drop(self, points: PointGrid, spheres: SphereGrid, columns: np.ndarray, *how: object) -> DropEnds:
         """Drop a sphere down each of the columns (M, 2); ``how`` are the radius, the shape and the box."""
-        ends = Ends(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
+        ends = DropEnds(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
         self.find_spares(spheres, len(columns))
         left = self.by_tiles(columns)
         for axis, cuts in self.rounds:
@@ -116,7 +116,7 @@ class Strips:
         spheres: SphereGrid,
         columns: np.ndarray,
         how: Sequence[object],
-        ends: Ends,
+        ends: DropEnds,
         bounds: np.ndarray,
         orders: Sequence[np.ndarray],
         core: int,

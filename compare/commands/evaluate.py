@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.dropping import Dropping
 
-    from ..mechanics.measures import Measured
+    from ..mechanics.measures import TaskReports
 
 
 def evaluate(
@@ -131,7 +131,7 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
 
 
-def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> Measured | None:
+def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> TaskReports | None:
     """Return what the backend does of the tasks besides labels; None where there are none."""
     from ..comparison.experiment import LABELS
     from ..mechanics.measures import measured

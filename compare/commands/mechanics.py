@@ -12,9 +12,9 @@ from spherefunc_bullet.commands.options import Json
 from spherefunc_bullet.console import print_json, print_table, say, show
 
 if TYPE_CHECKING:
-    from ..mechanics.measures import Measured
+    from ..mechanics.measures import TaskReports
     from ..mechanics.poses import KeepScore, PoseScore
-    from ..mechanics.standing import Agreement, Judged, StandScore, Verdict
+    from ..mechanics.standing import Agreement, ScoredAnswers, StandScore, TaskAnswer
 
 
 def mechanics(
@@ -40,7 +40,7 @@ def mechanics(
     print_json(task_reports(found)) if json else print_measured(found)
 
 
-def print_measured(found: Measured):
+def print_measured(found: TaskReports):
     """Print what backends did of each task, and in one sentence each what fidelity buys."""
     from ..mechanics.measures import sentences
 
@@ -73,7 +73,7 @@ def print_pose_scores(scores: list[PoseScore]):
             show(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
-def print_verdicts(title: str, first: str, scores: Sequence[Judged]):
+def print_verdicts(title: str, first: str, scores: Sequence[ScoredAnswers]):
     """Print how well backends tell what works from what does not, and what was misclassified."""
     rows = [
         [one.score.backend, str(one.score.asked)]
@@ -115,7 +115,7 @@ def print_keep_scores(scores: list[KeepScore]):
         print_wrong(one.score.backend, one.verdicts)
 
 
-def print_wrong(backend: str, verdicts: tuple[Verdict, ...]):
+def print_wrong(backend: str, verdicts: tuple[TaskAnswer, ...]):
     """Print what was misclassified."""
     wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.positive]
     if wrong:

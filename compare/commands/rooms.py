@@ -58,7 +58,7 @@ def rooms(
     from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..rooms.folds import Training, two_folds, whole_fold
+    from ..rooms.folds import TrainingOptions, two_folds, whole_fold
     from ..rooms.trials import RoomTrial, run_trial
 
     failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)
@@ -74,7 +74,7 @@ def rooms(
         lived_in=parse_lived_in(lived_in),
         resolution=Resolution(leaf=parse_length(fused) if fused else None, points=points),
     )
-    training = Training(
+    training = TrainingOptions(
         simulator=make_simulator(backend),
         radii=find_method(method).radii if radii is None else parse_lengths(radii),
         length=find_method(method).length,

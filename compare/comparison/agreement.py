@@ -14,7 +14,7 @@ from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.simulator import sphere_limit
 
 from ..evaluation.evaluation import Evaluation
-from .entries import Comparison, Entry, dropped_twice
+from .entries import ComparedRun, Comparison, dropped_twice
 from .significance import Report, paired_differences
 
 
@@ -44,7 +44,7 @@ def agreements(
     return reports
 
 
-def histograms_agree(first: Entry, second: Entry, radius: float) -> dict[str, Any]:
+def histograms_agree(first: ComparedRun, second: ComparedRun, radius: float) -> dict[str, Any]:
     """Return how far two simulators' histograms lie apart, beside two seeds of one simulator.
 
     An object has four histograms: by A and by B, each with two seeds. ``between`` is the root mean square of the four
@@ -72,7 +72,7 @@ def histograms_agree(first: Entry, second: Entry, radius: float) -> dict[str, An
     }
 
 
-def four_histograms(first: Entry, second: Entry, radius: float) -> list[sparse.csr_matrix]:
+def four_histograms(first: ComparedRun, second: ComparedRun, radius: float) -> list[sparse.csr_matrix]:
     """Return the histograms of the objects dropped on twice: A's, A's again, B's, B's again, in one space.
 
     Of the first spheres to settle, as many as either simulator is allowed, since a run that ends sooner differs.

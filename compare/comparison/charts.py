@@ -14,7 +14,7 @@ from matplotlib.ticker import EngFormatter, LogLocator
 
 from ..evaluation.protocol import PAPER
 from ..pages.plates import GREY, INK, PALE, STYLE, look
-from .entries import Comparison, Entry
+from .entries import ComparedRun, Comparison
 from .significance import Report
 
 ACROSS = 3  # functions in a row
@@ -25,7 +25,7 @@ FEWEST_RUNS = 5  # in a bin of the median line
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mark:
+class ChartMark:
     """A simulator with some radii: what it takes, and how well it tells one function."""
 
     backend: int  # by its place in the report
@@ -55,7 +55,7 @@ def accuracy_chart(report: Report) -> str:
     return svg((WIDE * min(ACROSS, len(functions)) / ACROSS, HIGH * rows), draw)
 
 
-def marks(report: Report, function: str) -> list[Mark]:
+def marks(report: Report, function: str) -> list[ChartMark]:
     """Return all marks of one function."""
     drawn = []
     for place, backend in enumerate(report["backends"].values()):
@@ -63,13 +63,13 @@ def marks(report: Report, function: str) -> list[Mark]:
         for label, row in [*(alone if len(alone) > 1 else []), ("", backend)]:
             quality, seconds = row["functions"][function], max(row["seconds_per_object"], SHORTEST)
             figures = {"f_measure": quality["f_measure"], "spread": quality["f_measure_std"]}
-            drawn.append(Mark(backend=place, label=label, seconds=seconds, **figures))
+            drawn.append(ChartMark(backend=place, label=label, seconds=seconds, **figures))
     return drawn
 
 
-def front(drawn: Sequence[Mark]) -> list[Mark]:
+def front(drawn: Sequence[ChartMark]) -> list[ChartMark]:
     """Return the marks that no other beats in both time and F-measure, the quickest first."""
-    best: list[Mark] = []
+    best: list[ChartMark] = []
     for mark in sorted(drawn, key=lambda mark: (mark.seconds, -mark.f_measure)):
         if not best or mark.f_measure > best[-1].f_measure:
             best.append(mark)
@@ -96,7 +96,7 @@ def draw_function(axes: Axes, report: Report, function: str):
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
 
 
-def draw_mark(axes: Axes, mark: Mark):
+def draw_mark(axes: Axes, mark: ChartMark):
     """Draw one mark: all radii together filled and with their spread, one radius open and with its number."""
     style = {"color": look(mark.backend)["color"], "linestyle": "none", "clip_on": False}
     if not mark.label:
@@ -145,7 +145,7 @@ def cost_chart(comparison: Comparison) -> str:
     return svg((5.4, 3.4), draw)
 
 
-def runs(entry: Entry) -> tuple[np.ndarray, np.ndarray]:
+def runs(entry: ComparedRun) -> tuple[np.ndarray, np.ndarray]:
     """Return the drops and the seconds of each run in which spheres were dropped, of all objects and radii."""
     pairs = [
         (record.drops[radius], max(record.seconds[radius], SHORTEST))

@@ -16,9 +16,9 @@ from ..evaluation.protocol import Protocol, labels_of
 from ..machine import machine
 from ..mechanics.measures import measured, task_reports
 from .agreement import agreements
-from .entries import Comparison, Entry, Runs
+from .entries import ComparedRun, Comparison, Runs
 from .evaluations import evaluate_features
-from .experiment import LABELS, Candidate, Experiment
+from .experiment import LABELS, ComparedSimulator, Experiment
 from .significance import Report, answer
 
 Tasks = dict[str, dict[str, Any]]  # by task, see `mechanics.measures.task_reports`
@@ -71,7 +71,7 @@ def compare_entries(
     return {"answer": answer(report)} | report
 
 
-def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dataset) -> Tasks | None:
+def tasks_of(experiment: Experiment, compared: Sequence[ComparedSimulator], dataset: Dataset) -> Tasks | None:
     """Return what backends do of the tasks besides labels; None where none is asked. Shapes do not matter to them."""
     tasks = [name for name in experiment.tasks if name != LABELS]
     if not tasks:
@@ -91,7 +91,7 @@ def feature_report(evaluation: Evaluation) -> dict[str, Any]:
     return {"functions": evaluation.quality(half, True), "leave_one_out": alone}
 
 
-def backend_report(entry: Entry, quality: Report, by_radius: Mapping[float, Evaluation]) -> dict[str, Any]:
+def backend_report(entry: ComparedRun, quality: Report, by_radius: Mapping[float, Evaluation]) -> dict[str, Any]:
     """Return everything of one simulator."""
     memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
     simulator = entry.candidate.simulator

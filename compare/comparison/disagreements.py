@@ -15,7 +15,7 @@ from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
 from spherefunc_bullet.viewer.pictures import fitting_radius
 
-from .entries import Comparison, Entry
+from .entries import ComparedRun, Comparison
 from .significance import Report
 
 MOST = 6  # objects, so that the page stays small
@@ -83,7 +83,7 @@ def displays_of(
     return displays
 
 
-def layer(entry: Entry, row: int, radius: float) -> Layer:
+def layer(entry: ComparedRun, row: int, radius: float) -> Layer:
     """Return what one simulator's spheres of one radius did on one object."""
     record = entry.records[row]
     everything = record.centers(radius)

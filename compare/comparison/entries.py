@@ -18,7 +18,7 @@ from spherefunc_bullet.settling.records import ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of, require_enough
-from .experiment import Candidate, Experiment
+from .experiment import ComparedSimulator, Experiment
 
 CHEAP = 120.0  # seconds that all simulators together may have taken for everything to be dropped again
 SOME = 40  # objects that are dropped on again where that is not cheap
@@ -74,10 +74,10 @@ class Runs:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class ComparedRun:
     """What one simulator did: the objects that every other one did as well."""
 
-    candidate: Candidate
+    candidate: ComparedSimulator
     simulated: Simulated
     again: Simulated  # some of the same objects, with the second seed
     failed: tuple[str, ...]  # why objects could not be simulated
@@ -118,7 +118,7 @@ class Entry:
 class Comparison:
     """The same objects by every simulator."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[ComparedRun, ...]
     left_out: tuple[DatasetObject, ...]  # failed in one simulator at least
 
     @property
@@ -133,7 +133,7 @@ class Comparison:
 
 
 @dataclass(kw_only=True)
-class Complaints:
+class FailureLog:
     """What went wrong, by simulator; said once each, however many simulators say the same."""
 
     failures: Failures
@@ -150,7 +150,7 @@ class Complaints:
 
 def simulate_candidates(
     dataset: Dataset,
-    candidates: Sequence[Candidate],
+    candidates: Sequence[ComparedSimulator],
     experiment: Experiment,
     jobs: int,
     failures: Failures,
@@ -166,7 +166,7 @@ def simulate_candidates(
     InputError
         If too few objects are left to split, or all of one label.
     """
-    complaints = Complaints(failures=failures, consequence="left out of every backend")
+    complaints = FailureLog(failures=failures, consequence="left out of every backend")
     first = drop_all(candidates, dataset, complaints, jobs, run)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
     if len(candidates) == 1:  # nobody to agree with
@@ -174,13 +174,15 @@ def simulate_candidates(
     else:
         chosen = evenly(first[0].objects, repeated_count(first, experiment.repeated))
         say(f"seed {experiment.seeds[1]}, for the agreement: {len(chosen)} of {len(first[0].objects)} objects")
-        fewer = Complaints(failures=failures, consequence="left out of the agreement of histograms")
+        fewer = FailureLog(failures=failures, consequence="left out of the agreement of histograms")
         reseeded = [replace(candidate, seed=experiment.seeds[1]) for candidate in candidates]
         again = drop_all(reseeded, replace(dataset, objects=chosen), fewer, jobs, run)
     kept = {item.path for item in first[0].objects}
     return Comparison(
         entries=tuple(
-            Entry(candidate=candidate, simulated=one, again=two, failed=tuple(complaints.of.get(candidate.name, ())))
+            ComparedRun(
+                candidate=candidate, simulated=one, again=two, failed=tuple(complaints.of.get(candidate.name, ()))
+            )
             for candidate, one, two in zip(candidates, first, again, strict=True)
         ),
         left_out=tuple(item for item in dataset.objects if item.path not in kept),
@@ -188,7 +190,7 @@ def simulate_candidates(
 
 
 def drop_all(
-    candidates: Sequence[Candidate], dataset: Dataset, complaints: Complaints, jobs: int, run: Path | None
+    candidates: Sequence[ComparedSimulator], dataset: Dataset, complaints: FailureLog, jobs: int, run: Path | None
 ) -> list[Simulated]:
     """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_by_all`."""
     failed = [partial(complaints.add, candidate.name) for candidate in candidates]
@@ -224,7 +226,7 @@ def repeated_count(first: Sequence[Simulated], asked: int | None) -> int:
     return count if spent <= CHEAP else min(SOME, count)
 
 
-def dropped_twice(entry: Entry) -> dict[int, ObjectRecord]:
+def dropped_twice(entry: ComparedRun) -> dict[int, ObjectRecord]:
     """Return the objects that were dropped on twice: which row they are, and their records of the second seed."""
     again = {record.path: record for record in entry.again.records}
     return {row: again[record.path] for row, record in enumerate(entry.records) if record.path in again}

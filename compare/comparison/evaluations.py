@@ -18,7 +18,7 @@ from ..evaluation.features import SPHERES, distances_again
 from ..evaluation.impaired import Shares, impaired_copies, impaired_shares
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled, spheres_read
-from .entries import Comparison, Entry, dropped_twice
+from .entries import ComparedRun, Comparison, dropped_twice
 from .experiment import Experiment
 
 ALWAYS_NO = "always_no"
@@ -74,7 +74,7 @@ def add_shares(shares: Shares, copies: Shares, name: str):
             known["share"] |= said
 
 
-def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Splits) -> Evaluation:
+def evaluate_entry(entry: ComparedRun, labels: Labels, method: AnyMethod, splits: Splits) -> Evaluation:
     """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
     if not isinstance(method, Method):
         return evaluate_profiles(entry, labels, splits)
@@ -90,7 +90,7 @@ def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Spli
     return replace(evaluation, again=again, by_radius=by_radius)
 
 
-def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluation:
+def evaluate_profiles(entry: ComparedRun, labels: Labels, splits: Splits) -> Evaluation:
     """Return the same of one simulator's drops, read as resting profiles.
 
     What fell with the second seed is asked about behind all objects, each by who has learnt all others.

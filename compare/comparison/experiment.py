@@ -29,7 +29,7 @@ Kind = TypeVar("Kind")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate(Dropping):
+class ComparedSimulator(Dropping):
     """One simulator in the comparison, and how it drops spheres."""
 
     name: str  # in the tables: the backend, and its shape where several are compared
@@ -67,7 +67,7 @@ class Experiment:
         return length.ending(self.miss_limit)
 
 
-def candidates(experiment: Experiment) -> list[Candidate]:
+def candidates(experiment: Experiment) -> list[ComparedSimulator]:
     """Return the simulators that an experiment compares.
 
     Raises
@@ -86,7 +86,7 @@ def candidates(experiment: Experiment) -> list[Candidate]:
     return made
 
 
-def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
+def shapes_of(experiment: Experiment, backend: str) -> list[ComparedSimulator]:
     """Return a backend with each shape, with the one that is said (``bullet:mesh``), or once where it has no shapes."""
     given, (backend, _, own_shape) = backend, backend.partition(":")
     options = experiment.options.get(backend, {})
@@ -94,9 +94,9 @@ def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
     radii = {ALL: usual} | dict(experiment.radii)
     how = {"seed": experiment.seeds[0], "loading": experiment.loading, "length": experiment.length}
 
-    def named(name: str, **shape: str) -> Candidate:
+    def named(name: str, **shape: str) -> ComparedSimulator:
         simulator, own = make_simulator(backend, **options | shape), radii.get(name) or radii.get(backend) or radii[ALL]
-        return Candidate(name=name, backend=backend, simulator=simulator, radii=own, **how)
+        return ComparedSimulator(name=name, backend=backend, simulator=simulator, radii=own, **how)
 
     if own_shape:
         return [named(given, shape=own_shape)]

@@ -28,7 +28,7 @@ from .evaluations import RADIUS_TRIALS
 from .experiment import Experiment, as_toml
 from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
 from .significance import COARSE, Report, enumeration
-from .tables import Table
+from .tables import TextTable
 
 IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
 LONGEST = 60  # disagreements in the list; all are in report.json
@@ -114,7 +114,7 @@ def labels(item: Report) -> str:
     return label_text(item["functions"], ", ") + (f" (also {', '.join(item['also'])})" if item["also"] else "")
 
 
-def listing(differ: Sequence[Disagreement], report: Report) -> Table:
+def listing(differ: Sequence[Disagreement], report: Report) -> TextTable:
     """Return the objects that simulators label differently."""
 
     def said(scores: dict[str, float]) -> str:
@@ -122,23 +122,27 @@ def listing(differ: Sequence[Disagreement], report: Report) -> Table:
 
     items = [report["per_object"][case.row] for case in differ[:LONGEST]]
     rows = [[item["file"], labels(item), *(said(row["scores"]) for row in item["backends"].values())] for item in items]
-    return Table(title="list", columns=["file", "label", *(f"{name} says" for name in report["backends"])], rows=rows)
+    return TextTable(
+        title="list", columns=["file", "label", *(f"{name} says" for name in report["backends"])], rows=rows
+    )
 
 
-def simulators(report: Report) -> Table:
+def simulators(report: Report) -> TextTable:
     """Return what was compared, and with which options."""
     rows = [
         [name, f"{row['backend']} {row['version']}", f"{row['sphere_limit']:,}", options_text(row["options"])]
         for name, row in report["backends"].items()
     ]
-    return Table(title="simulators", columns=["simulator", "version", "settled spheres at most", "options"], rows=rows)
+    return TextTable(
+        title="simulators", columns=["simulator", "version", "settled spheres at most", "options"], rows=rows
+    )
 
 
-def qualities(report: Report) -> list[Table]:
+def qualities(report: Report) -> list[TextTable]:
     """Return one table for each function, simulators and baselines."""
     whole = tables.quality_table(report)
     features, _, *figures = whole.columns
     own = {
         function: [[name, *row] for name, of, *row in whole.rows if of == function] for function in report["functions"]
     }
-    return [Table(title=function, columns=[features, *figures], rows=rows) for function, rows in own.items()]
+    return [TextTable(title=function, columns=[features, *figures], rows=rows) for function, rows in own.items()]

@@ -14,7 +14,7 @@ from .significance import Report
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class TextTable:
     """A title, the columns' names, and rows of texts."""
 
     title: str
@@ -27,7 +27,7 @@ class Table:
         return "\n".join([f"## {self.title}", "", *(f"| {' | '.join(line)} |" for line in lines)])
 
 
-def tables(report: Report) -> list[Table]:
+def tables(report: Report) -> list[TextTable]:
     """Return all tables of a comparison."""
     of_pairs = [label_table(report), histogram_table(report)] if report["agreement"] else []
     of_copies = [copies_table(report)] if "impaired" in report else []
@@ -35,7 +35,7 @@ def tables(report: Report) -> list[Table]:
     return [quality_table(report), *of_copies, *of_tasks, cost_table(report), radius_table(report), *of_pairs]
 
 
-def quality_table(report: Report) -> Table:
+def quality_table(report: Report) -> TextTable:
     """Return how well each function is classified, by simulators and baselines, over trials and leaving one out."""
     rows = [
         [
@@ -55,17 +55,17 @@ def quality_table(report: Report) -> Table:
     trials = report["experiment"]["trials"]
     title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
     head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]
-    return Table(title=f"{title}; {FAIR}", columns=head, rows=rows)
+    return TextTable(title=f"{title}; {FAIR}", columns=head, rows=rows)
 
 
-def copies_table(report: Report) -> Table:
+def copies_table(report: Report) -> TextTable:
     """Return the share of impaired copies that are still called by their function, kind by kind."""
     title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
     columns, rows = share_rows(report["impaired"])
-    return Table(title=f"{title}: share still called by the function", columns=columns, rows=rows)
+    return TextTable(title=f"{title}: share still called by the function", columns=columns, rows=rows)
 
 
-def task_table(report: Report) -> Table:
+def task_table(report: Report) -> TextTable:
     """Return what backends do of the tasks besides labels."""
     rows = [
         [task, row["backend"], row["measure"], number(row["value"]), str(row["asked"]), format_duration(row["seconds"])]
@@ -75,10 +75,10 @@ def task_table(report: Report) -> Table:
     for task, asked in report["tasks"].items():
         rows += [[task, name, "cannot do it", "", "", ""] for name in asked["unable"]]
     head = ["task", "backend", "measure", "value", "objects", "each takes"]
-    return Table(title="What rigid bodies tell besides labels", columns=head, rows=rows)
+    return TextTable(title="What rigid bodies tell besides labels", columns=head, rows=rows)
 
 
-def keeping_table(report: Report) -> Table:
+def keeping_table(report: Report) -> TextTable:
     """Return what vessels, those with a hole in the wall, and other objects keep when they are tilted."""
     rows, angles = [], []
     for name, score in report["tasks"].get("keeping", {}).get("backends", {}).items():
@@ -87,10 +87,10 @@ def keeping_table(report: Report) -> Table:
         curves |= {f"vessels, {one['kind'].replace('_', ' ')} % of the depth": one["kept"] for one in score["holed"]}
         rows += [[what, name, *(number(share) for share in curve)] for what, curve in curves.items()]
     head = ["mean share kept", "backend", *(f"at {angle:g}°" for angle in angles)]
-    return Table(title="What is kept when it is tilted to all sides", columns=head, rows=rows)
+    return TextTable(title="What is kept when it is tilted to all sides", columns=head, rows=rows)
 
 
-def cost_table(report: Report) -> Table:
+def cost_table(report: Report) -> TextTable:
     """Return what each simulator costs."""
     rows = [
         [
@@ -106,10 +106,10 @@ def cost_table(report: Report) -> Table:
         for name, row in report["backends"].items()
     ]
     head = ["backend", "radii", "median object", "95th percentile", "all objects", "drops/s", "peak memory", "failed"]
-    return Table(title="Cost", columns=head, rows=rows)
+    return TextTable(title="Cost", columns=head, rows=rows)
 
 
-def radius_table(report: Report) -> Table:
+def radius_table(report: Report) -> TextTable:
     """Return what each radius alone gives and costs."""
     functions = list(report["functions"])
     rows = [
@@ -125,10 +125,10 @@ def radius_table(report: Report) -> Table:
         for row in backend["by_radius"]
     ]
     head = ["backend", "radius", *(f"F {name}" for name in functions), "median object", "drops/s", "settled"]
-    return Table(title="One radius alone", columns=head, rows=rows)
+    return TextTable(title="One radius alone", columns=head, rows=rows)
 
 
-def label_table(report: Report) -> Table:
+def label_table(report: Report) -> TextTable:
     """Return on how many objects two simulators agree, and whose trials are better."""
     rows = [
         [
@@ -146,10 +146,10 @@ def label_table(report: Report) -> Table:
         for difference in [pair["f_measures"][function]]
     ]
     head = ["backends", "function", "same label", "two seeds", "right alone", "F second - first", "margin", "second is"]
-    return Table(title="Agreement of labels, every object left out once", columns=head, rows=rows)
+    return TextTable(title="Agreement of labels, every object left out once", columns=head, rows=rows)
 
 
-def histogram_table(report: Report) -> Table:
+def histogram_table(report: Report) -> TextTable:
     """Return how far two simulators' histograms lie apart, beside two seeds of one."""
     rows = [
         [
@@ -168,7 +168,7 @@ def histogram_table(report: Report) -> Table:
     head = ["backends", "radius", "objects", "apart", "two seeds apart", "ratio", "norm", "settled"]
     title = f"Agreement of histograms, medians over the objects, of {report['objects_again']}, on which they differ; "
     title += "apart: their distance in spheres, norm: a histogram's own length"
-    return Table(title=title, columns=head, rows=rows)
+    return TextTable(title=title, columns=head, rows=rows)
 
 
 def markdown(report: Report) -> str:

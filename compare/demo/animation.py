@@ -30,7 +30,7 @@ from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
-from spherefunc_bullet.viewer.pictures import View, drawn_box, render_coloured
+from spherefunc_bullet.viewer.pictures import CameraView, drawn_box, render_coloured
 
 from .gallery import BACKGROUND, GREY, INK
 
@@ -45,7 +45,7 @@ BAR, EMPTY = (62, 105, 178), (222, 222, 228)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class AnimatedObject:
     """One object of the animation."""
 
     name: str  # in the catalogue
@@ -55,18 +55,18 @@ class Part:
 
 
 PARTS = (
-    Part(name="mug_01", radius=parse_length("6mm"), drops=420, cut=True),
-    Part(name="shell_chair_01", radius=parse_length("2cm"), drops=900),
-    Part(name="dining_table_02", radius=parse_length("3cm"), drops=500),
+    AnimatedObject(name="mug_01", radius=parse_length("6mm"), drops=420, cut=True),
+    AnimatedObject(name="shell_chair_01", radius=parse_length("2cm"), drops=900),
+    AnimatedObject(name="dining_table_02", radius=parse_length("3cm"), drops=500),
 )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fall:
+class AnimatedDrops:
     """Where the drops of one part came to rest, and when."""
 
     cloud: Cloud
-    part: Part
+    part: AnimatedObject
     centers: np.ndarray  # (S, 3) metres
     landed: np.ndarray  # (S,) float, the frame in which each comes to rest
 
@@ -78,17 +78,19 @@ class Fall:
         centers = self.centers + np.outer(early / AIRBORNE * (high[2] - low[2]), [0, 0, 1])
         seen = (centers[:, 2] < high[2] - self.part.radius) & (early < AIRBORNE)
         colours = sphere_colours(self.centers[:, 2], FLAT * self.part.radius)[seen]
-        mesh, view = self.cloud.mesh, View(size=SIZE, cut=self.part.cut)
+        mesh, view = self.cloud.mesh, CameraView(size=SIZE, cut=self.part.cut)
         args = (mesh.vertices, mesh.faces, centers[seen], self.part.radius, colours, view)
         return render_coloured(*args, shown=(low, high))
 
 
-def fall_of(part: Part, cloud: Cloud) -> Fall:
+def fall_of(part: AnimatedObject, cloud: Cloud) -> AnimatedDrops:
     """Return the drops of one part, the same number in each frame."""
     settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
     result = make_simulator("fast").drop(cloud, settings, 0)
     numbers = np.flatnonzero(result.outcomes == Outcome.SETTLED)
-    return Fall(cloud=cloud, part=part, centers=result.centers, landed=numbers / part.drops * (FRAMES - AIRBORNE) + 1)
+    return AnimatedDrops(
+        cloud=cloud, part=part, centers=result.centers, landed=numbers / part.drops * (FRAMES - AIRBORNE) + 1
+    )
 
 
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
@@ -114,7 +116,7 @@ def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, 
     return canvas
 
 
-def drawn_part(part: Part, cloud: Cloud, model: FunctionModel) -> list[Image.Image]:
+def drawn_part(part: AnimatedObject, cloud: Cloud, model: FunctionModel) -> list[Image.Image]:
     """Return the frames of one part."""
     fall, scores = fall_of(part, cloud), scores_after(cloud, model)
     frames = []

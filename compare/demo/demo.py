@@ -28,7 +28,7 @@ from spherefunc_bullet.learning.model_file import model_for_views
 from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
-from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
+from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, CameraView, fitting_radius, object_picture
 
 from ..comparison.comparison import compare_entries
 from ..comparison.entries import repeatable, simulate_candidates
@@ -166,7 +166,7 @@ def drawn_objects(
         cloud = load_cloud(item.path)
         radius = fitting_radius(DRAWN, cloud.size, SPHERES_ACROSS)
         centers = settle(cloud, model.simulator, [radius], 0)[radius].rests
-        picture = object_picture(cloud, centers, radius, View(size=SIZE))
+        picture = object_picture(cloud, centers, radius, CameraView(size=SIZE))
         write_png(picture, folder / f"{item.path.stem}.png")
         scores = {name: function["score"] for name, function in row["functions"].items()}
         yield ClassifiedObject(

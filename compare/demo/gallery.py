@@ -23,7 +23,7 @@ from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
-from spherefunc_bullet.viewer.pictures import CUT_COLOUR, GROUND_COLOUR, View, object_picture
+from spherefunc_bullet.viewer.pictures import CUT_COLOUR, GROUND_COLOUR, CameraView, object_picture
 
 from ..pages.html import png_bytes
 
@@ -32,24 +32,24 @@ BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Exhibit:
+class GalleryPicture:
     """One picture: which object of the catalogue, how large the spheres are, and from where it is seen."""
 
     title: str
     name: str  # in the catalogue
     radius: float  # metres
-    view: View
+    view: CameraView
 
 
-SIDE = View(azimuth_deg=180.0, elevation_deg=10.0, cut=True)
+SIDE = CameraView(azimuth_deg=180.0, elevation_deg=10.0, cut=True)
 EXHIBITS = {
-    "cup": Exhibit(title="Cup, cut open", name="mug_01", radius=parse_length("4mm"), view=View(cut=True)),
-    "table": Exhibit(title="Table", name="dining_table_02", radius=parse_length("2cm"), view=View()),
-    "chair": Exhibit(title="Chair", name="shell_chair_01", radius=parse_length("15mm"), view=View()),
-    "chair_side": Exhibit(
+    "cup": GalleryPicture(title="Cup, cut open", name="mug_01", radius=parse_length("4mm"), view=CameraView(cut=True)),
+    "table": GalleryPicture(title="Table", name="dining_table_02", radius=parse_length("2cm"), view=CameraView()),
+    "chair": GalleryPicture(title="Chair", name="shell_chair_01", radius=parse_length("15mm"), view=CameraView()),
+    "chair_side": GalleryPicture(
         title="Chair from the side, cut open", name="shell_chair_01", radius=parse_length("15mm"), view=SIDE
     ),
-    "sofa": Exhibit(title="Sofa", name="sofa_02", radius=parse_length("2cm"), view=View()),
+    "sofa": GalleryPicture(title="Sofa", name="sofa_02", radius=parse_length("2cm"), view=CameraView()),
 }
 SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
 
@@ -63,7 +63,7 @@ def draw_exhibits(names: Iterable[str], simulator: Simulator, caption: str = "")
     return dict(zip(exhibits, progress(images, len(exhibits), f"drawing {caption}".strip()), strict=True))
 
 
-def drawn(exhibit: Exhibit, mesh: Trimesh, simulator: Simulator, caption: str) -> Image.Image:
+def drawn(exhibit: GalleryPicture, mesh: Trimesh, simulator: Simulator, caption: str) -> Image.Image:
     """Return one object with the spheres that settle on it, captioned."""
     cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
     result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), 0)
@@ -81,7 +81,7 @@ def write_gallery(out: Path, backend: str) -> list[Path]:
         If there is no such backend, or the folder cannot be written.
     """
     images = draw_exhibits(EXHIBITS, make_simulator(backend))
-    images["settling"] = tiled([*images.values(), colour_key(View().size)], columns=3, width=480)
+    images["settling"] = tiled([*images.values(), colour_key(CameraView().size)], columns=3, width=480)
     return [write_png(image, out / f"{name}.png") for name, image in images.items()]
 
 

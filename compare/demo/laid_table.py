@@ -19,12 +19,12 @@ from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.units import parse_length
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
 from spherefunc_bullet.scenes.impairment.use.cups import full
-from spherefunc_bullet.scenes.impairment.use.placing import Placed, small_object
+from spherefunc_bullet.scenes.impairment.use.placing import LoadedLevel, small_object
 from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
-from spherefunc_bullet.viewer.pictures import View, object_picture
+from spherefunc_bullet.viewer.pictures import CameraView, object_picture
 
 from .gallery import captioned, tiled, write_png
 
@@ -39,7 +39,7 @@ def laid_table() -> Iterator[tuple[str, Cloud]]:
     mesh = next(item.mesh for item in make_catalogue("household", seed=SEED) if item.name == NAME)
     bare = cloud_from_mesh(mesh.vertices, mesh.faces, NAME)
     specimen, rng = Specimen(bare, "table"), np.random.default_rng(LAYING)
-    placed = Placed(specimen.surface, specimen.level)
+    placed = LoadedLevel(specimen.surface, specimen.level)
     for count in STEPS:
         while len(placed.parts) < count:
             placed.put(small_object(rng), rng)
@@ -47,7 +47,7 @@ def laid_table() -> Iterator[tuple[str, Cloud]]:
     yield "full", cloud_of(full(specimen, rng))
 
 
-def cloud_of(surface: Surface) -> Cloud:
+def cloud_of(surface: ObjectSurface) -> Cloud:
     """Return a surface as an object that spheres are dropped on."""
     vertices, faces = surface.mesh()
     return cloud_from_mesh(vertices, faces, NAME)
@@ -59,7 +59,7 @@ def draw_laid_table(backend: str) -> Image.Image:
     for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table"):
         rests = settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests
         words = f"{title}: {said(sf.classify(cloud, backend=backend))}"
-        steps.append(captioned(object_picture(cloud, rests, DRAWN, View()), words, ""))
+        steps.append(captioned(object_picture(cloud, rests, DRAWN, CameraView()), words, ""))
     return tiled(steps, columns=3, width=480)
 
 

@@ -36,7 +36,7 @@ PAUSE = 0.04  # seconds between two frames
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dropped:
+class LiveResult:
     """What one change of the controls led to."""
 
     cloud: Cloud
@@ -52,7 +52,7 @@ class Dropped:
         return self.starts + fallen * (self.rests - self.starts)
 
 
-def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, drops: int, backend: str) -> Dropped:
+def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, drops: int, backend: str) -> LiveResult:
     """Return what becomes of spheres on a tilted object, and what it is for.
 
     Parameters
@@ -73,7 +73,7 @@ def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, dro
         starts[:, :2] = own.places[own.settled]
     made = len(own) if own is not None else 0
     answer = sf.classify(cloud, backend=backend)
-    return Dropped(cloud=cloud, starts=starts, rests=rests, drops=made, answer=answer)
+    return LiveResult(cloud=cloud, starts=starts, rests=rests, drops=made, answer=answer)
 
 
 class LiveDemo:
@@ -106,7 +106,7 @@ class LiveDemo:
         """Note that a control was moved; the simulation runs in the main thread."""
         self.changed.set()
 
-    def update(self, pause: float = PAUSE) -> Dropped:
+    def update(self, pause: float = PAUSE) -> LiveResult:
         """Drop again as the controls say, show it, and return it; a control that is moved meanwhile ends the fall."""
         self.changed.clear()
         name, radius = self.object.value, self.radius.value / 1000
@@ -116,7 +116,7 @@ class LiveDemo:
         self.show_fall(found, radius, pause)
         return found
 
-    def show_answer(self, found: Dropped, radius: float):
+    def show_answer(self, found: LiveResult, radius: float):
         """Write how many spheres settled, fill the bars, and give the reasons."""
         settled = f"**{len(found.rests)}** of {found.drops} spheres of {format_length(radius)} settled"
         self.text.content = f"{settled} ({self.backend.value})."
@@ -127,7 +127,7 @@ class LiveDemo:
         unsure = "**Unsure.** " if found.answer.unsure else ""
         self.reasons.content = unsure + "\n\n".join(found.answer.reasons)
 
-    def show_fall(self, found: Dropped, radius: float, pause: float):
+    def show_fall(self, found: LiveResult, radius: float, pause: float):
         """Draw the object, and let the spheres come down one after another."""
         scene, mesh = self.server.scene, found.cloud.mesh
         scene.add_mesh_simple(

@@ -19,7 +19,7 @@ from spherefunc_bullet.errors import InputError
 
 from . import evaluations, measurements
 from .saved import Measurement
-from .tables import Lines, Table, complaints, read_blocks, with_blocks
+from .tables import DocumentTable, Lines, complaints, read_blocks, with_blocks
 
 RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
 BOTH = tuple(measurements.ON_MODELS.values())
@@ -33,9 +33,9 @@ HALVES, ONE_LEFT_OUT, SOURCES = (
 TRANSFER = evaluations.by_feature("test", title="learnt on `household`, tested on the real models")
 
 
-def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> Table:
+def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> DocumentTable:
     """Return a table of a document, made from the results of some measurements."""
-    return Table(name=name, document=document, measurements=measured, render=render)
+    return DocumentTable(name=name, document=document, measurements=measured, render=render)
 
 
 TABLES = (
@@ -86,7 +86,7 @@ def main(
     raise typer.Exit(2 if lines else 0)
 
 
-def wanted(names: Sequence[str]) -> tuple[list[Table], list[Measurement]]:
+def wanted(names: Sequence[str]) -> tuple[list[DocumentTable], list[Measurement]]:
     """Return the tables that some names mean, and the measurements; without a name, all.
 
     Raises
@@ -103,14 +103,14 @@ def wanted(names: Sequence[str]) -> tuple[list[Table], list[Measurement]]:
     return tables, only or list(asked.values())
 
 
-def due(root: Path, unnamed: Iterable[Table], meant: Iterable[Measurement]) -> list[Measurement]:
+def due(root: Path, unnamed: Iterable[DocumentTable], meant: Iterable[Measurement]) -> list[Measurement]:
     """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
     kept = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
     kept -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
     return [one for one in meant if one.name not in kept and one.changed(root)]
 
 
-def names_of(table: Table) -> set[str]:
+def names_of(table: DocumentTable) -> set[str]:
     """Return the names that mean a table: its own, its document's, those of its measurements."""
     return {table.name, table.document, *(one.name for one in table.measurements)}
 
@@ -126,7 +126,7 @@ def measure(root: Path, measurements: Sequence[Measurement]):
             fail(error)
 
 
-def write_tables(root: Path, tables: Iterable[Table]):
+def write_tables(root: Path, tables: Iterable[DocumentTable]):
     """Write the blocks of some tables into their documents, those that have a result."""
     texts: dict[str, dict[str, str]] = {}
     for table in tables:

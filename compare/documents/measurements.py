@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .saved import Measurement
-from .tables import Table, fenced
+from .tables import DocumentTable, fenced
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
 SIX = "household build/impaired build/household-{1,2,3,4,5}"
@@ -97,9 +97,9 @@ MECHANICAL = ("compare/mechanics/*.py", *SHARED, *BOTH, *COPIES, f"{BULLET}/bodi
 TASKS = measured("mechanics", f"spherefunc mechanics {MODELS}", *MECHANICAL, files=SHIPPED[:1], **TIMED)
 
 
-def shown(name: str, document: str, *measurements: Measurement) -> Table:
+def shown(name: str, document: str, *measurements: Measurement) -> DocumentTable:
     """Return the block of what programs printed."""
-    return Table(name=name, document=document, measurements=measurements, render=whole)
+    return DocumentTable(name=name, document=document, measurements=measurements, render=whole)
 
 
 SHOWN = (

@@ -45,7 +45,7 @@ Lines = list[str]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class DocumentTable:
     """One block of a document."""
 
     name: str
@@ -86,15 +86,15 @@ def read_blocks(root: Path, document: str) -> dict[str, str]:
     return blocks_of((root / document).read_text(encoding="utf-8"), document)
 
 
-def complaints(root: Path, tables: Iterable[Table]) -> Lines:
+def complaints(root: Path, tables: Iterable[DocumentTable]) -> Lines:
     """Return a line for each block that is older than its code, or is not what its saved results say."""
-    own: dict[str, dict[str, Table]] = {}
+    own: dict[str, dict[str, DocumentTable]] = {}
     for table in tables:
         own.setdefault(table.document, {})[table.name] = table
     return [line for name, some in own.items() for line in complaints_of(root, name, some)]
 
 
-def complaints_of(root: Path, document: str, tables: Mapping[str, Table]) -> Lines:
+def complaints_of(root: Path, document: str, tables: Mapping[str, DocumentTable]) -> Lines:
     """Return what is wrong with the blocks of one document."""
     blocks = read_blocks(root, document)
     found = [f"{document}: table {name}: expected an entry in the registry" for name in blocks.keys() - tables.keys()]
@@ -106,7 +106,7 @@ def complaints_of(root: Path, document: str, tables: Mapping[str, Table]) -> Lin
     return found
 
 
-def complaint_of(root: Path, table: Table, block: str) -> str | None:
+def complaint_of(root: Path, table: DocumentTable, block: str) -> str | None:
     """Return what is wrong with one block, None where nothing is."""
     changed = [file for measurement in table.measurements for file in measurement.changed(root)]
     if changed and table.is_measured(root):

@@ -105,7 +105,7 @@ class Evaluation:
         return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
 
 
-class Reading(Protocol):
+class FeatureMethod(Protocol):
     """One way to tell functions, on objects that it has been prepared for."""
 
     labels: Labels
@@ -124,7 +124,7 @@ def asked_by(splits: Splits) -> list[Sequence[Split]]:
     return [*([split] for trials in splits.halves.values() for split in trials), *splits.left_out.values()]
 
 
-def evaluation_of(read: Reading, splits: Splits, said: Iterator[Trial]) -> Evaluation:
+def evaluation_of(read: FeatureMethod, splits: Splits, said: Iterator[Trial]) -> Evaluation:
     """Return an evaluation from the trials that were asked for, in their order."""
     return Evaluation(
         labels=read.labels,

@@ -23,13 +23,13 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
-from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
+from spherefunc_bullet.scenes.impairment.folder import CopyRow, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
 
 from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves
-from .readings import Profiled, Reading, readings, spheres_read, trials_of
+from .readings import FeatureMethod, ProfileFeatures, readings, spheres_read, trials_of
 
 VERSION = 3  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -45,12 +45,12 @@ Shares = dict[str, dict[str, KindShare]]  # by function, then kind
 
 
 @dataclass(frozen=True, kw_only=True)
-class Impaired:
+class ImpairedSet:
     """Whole objects first, their copies after them."""
 
     simulated: Simulated  # both
     labels: Labels  # of both; those of the copies are what they are for now
-    copies: Sequence[Copy]
+    copies: Sequence[CopyRow]
     originals: np.ndarray  # (C,) which whole object each is a copy of
 
     @property
@@ -84,7 +84,7 @@ class Impaired:
 
 
 def impaired_shares(
-    impaired: Impaired, dropping: Dropping, method: AnyMethod, *, baselines: bool = True, unseen_kinds: bool = False
+    impaired: ImpairedSet, dropping: Dropping, method: AnyMethod, *, baselines: bool = True, unseen_kinds: bool = False
 ) -> Shares:
     """Return the share of every kind of copy that is still called by its function, by spheres and every baseline.
 
@@ -104,7 +104,7 @@ def impaired_shares(
     for name, read in asked.items():
         said[name], held[name] = apply_stability_check(read, alone)
     for name, read in asked.items():
-        if isinstance(read, Profiled):
+        if isinstance(read, ProfileFeatures):
             having_learnt = with_copies_learnt(impaired, read)
             more = [[impaired.with_copies(split)] for split in splits]
             said[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
@@ -115,9 +115,11 @@ def impaired_shares(
     return shares_of(impaired, splits, said)
 
 
-def apply_stability_check(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def apply_stability_check(
+    read: FeatureMethod, alone: Sequence[Sequence[Split]]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return what is said of copies, and what was if none was checked: learnt once for both."""
-    checks = read.checks if isinstance(read, Profiled) else None
+    checks = read.checks if isinstance(read, ProfileFeatures) else None
     trials = (read if checks is None else replace(read, checks=None)).trials(alone)
     held = [trial.predicted for trial in trials]
     if checks is None:
@@ -134,7 +136,7 @@ def impaired_copies(
     copied: int | None = None,
     jobs: int = -1,
     failed: Failed,
-) -> list[Impaired]:
+) -> list[ImpairedSet]:
     """Return the whole objects and impaired copies of some of them, spheres dropped on all, for each dropping.
 
     Parameters
@@ -157,23 +159,25 @@ def impaired_copies(
     return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
 
 
-def with_originals(learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, Copy]) -> Impaired:
+def with_originals(
+    learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, CopyRow]
+) -> ImpairedSet:
     """Return whole objects with their copies behind them."""
     both = learnt + simulated
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
     kept = [copies[item.path] for item in simulated.objects]
     of = np.array([rows[copy.of] for copy in kept])
-    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=of)
+    return ImpairedSet(simulated=both, labels=labels_of(both), copies=kept, originals=of)
 
 
-def with_copies_learnt(impaired: Impaired, read: Profiled) -> Profiled:
+def with_copies_learnt(impaired: ImpairedSet, read: ProfileFeatures) -> ProfileFeatures:
     """Return what learns copies beside their originals, as the models that ship do."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
     return replace(read, copy_groups=CopyGroups(weights=weights, groups=originals))
 
 
-def scores_for_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
+def scores_for_unseen_kinds(impaired: ImpairedSet, read: ProfileFeatures, splits: Sequence[Split]) -> list[np.ndarray]:
     """Return what is said of copies by what has learnt the copies of other sources' objects, but none of their kind.
 
     Of each copy only what is said of its original's function; everything else is False.
@@ -213,14 +217,14 @@ def content_name(dataset: Dataset, dropping: Dropping) -> str:
     return digest.hexdigest()
 
 
-def held_out(impaired: Impaired, seed: int) -> list[Split]:
+def held_out(impaired: ImpairedSet, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test copies of others: source by source, or in random halves."""
     whole = sources_or_halves(impaired.labels.groups[: impaired.whole], TRIALS, seed)
     splits = [Split(split.train, impaired.rows_of(split.test)) for split in whole]
     return [split for split in splits if len(split.test)]
 
 
-def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:
+def shares_of(impaired: ImpairedSet, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:
     """Return for each function and kind the share of its copies that every feature still calls by the function."""
     rows = np.concatenate([split.test for split in splits]) - impaired.whole
     called = {name: np.concatenate(answers) for name, answers in said.items()}

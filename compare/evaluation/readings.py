@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.dropping import Check
 from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
 
-from .evaluation import Evaluation, Reading, Trial, Weights, asked_by, evaluation_of, pooled_trial
+from .evaluation import Evaluation, FeatureMethod, Trial, Weights, asked_by, evaluation_of, pooled_trial
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
 from .related.examiner import related
@@ -34,15 +34,15 @@ WORTH_CORES = 400  # objects to be learnt in all, in a second: for fewer, other 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Checks:
+class UseChecks:
     """What tells that objects have not the functions that their spheres speak for."""
 
     fallen: np.ndarray  # (N,) bool: which fall over when they are put down
     uses: tuple[Check, ...]  # asks each whether it fails a check of its use, which takes time
 
-    def of(self, rows: np.ndarray) -> Checks:
+    def of(self, rows: np.ndarray) -> UseChecks:
         """Return the checks of some objects, in their order."""
-        return Checks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
+        return UseChecks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
 
     def denied(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which fail in use, (T,)."""
@@ -55,7 +55,7 @@ class Checks:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Profiled(Reading):
+class ProfileFeatures(FeatureMethod):
     """All objects' quantities, and the classifier that learns from them."""
 
     method = METHODS["profile"]
@@ -64,7 +64,7 @@ class Profiled(Reading):
     labels: Labels
     classifier: FunctionClassifier
     copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
-    checks: Checks | None = None  # of the objects themselves
+    checks: UseChecks | None = None  # of the objects themselves
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
@@ -89,13 +89,13 @@ class Profiled(Reading):
         return scores, weights, learnt.are_uncertain(scores) | failing
 
 
-def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
+def evaluations(asked: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
     """Return what was said of objects under protocols, all of it learnt side by side."""
     said = iter(trials_of([(one, splits) for one, protocol in asked for splits in asked_by(protocol)]))
     return [evaluation_of(one, protocol, said) for one, protocol in asked]
 
 
-def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
+def trials_of(asked: Sequence[tuple[ProfileFeatures, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
     folds = [folds_of(splits) for _, splits in asked]
     work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
@@ -132,16 +132,16 @@ def joined(
     )
 
 
-def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> Profiled:
+def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> ProfileFeatures:
     """Return the quantities of objects, each given by its drops at every radius."""
-    return Profiled(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
+    return ProfileFeatures(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
 
 
-def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
+def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> ProfileFeatures:
     """Return the quantities of the spheres that fell on objects, and what checks the objects."""
     read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
     fallen = np.array([record.falls_over for record in simulated.records], bool)
-    checks = Checks(fallen=fallen, uses=tuple(record.check for record in simulated.records))
+    checks = UseChecks(fallen=fallen, uses=tuple(record.check for record in simulated.records))
     return replace(read, copy_groups=copy_groups_in(simulated.objects), checks=checks)
 
 
@@ -151,13 +151,13 @@ def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
     return group_copies(names, originals) if any(originals) else None
 
 
-def sure_across_sources(read: Profiled, objects: Sequence[DatasetObject]) -> Profiled:
+def sure_across_sources(read: ProfileFeatures, objects: Sequence[DatasetObject]) -> ProfileFeatures:
     """Return what learns how sure to be from the objects of each source when nothing of that source is learnt."""
     names, originals = distinct_names(objects)
     return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))
 
 
-def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
+def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> ProfileFeatures:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
     points = of_each(partial(points_as_drops, radii=radii), simulated.records)
     return replace(
@@ -173,7 +173,7 @@ def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Neighbours(Reading):
+class NeighbourFeatures(FeatureMethod):
     """Nearest neighbours by distances between all objects."""
 
     distances: Distances
@@ -186,33 +186,33 @@ class Neighbours(Reading):
         return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in each]
 
 
-def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
     """Return the spheres as a method reads them, and what they have to beat: shapes, points and related work."""
     return {SPHERES: spheres_read(simulated, radii, method)} | baselines_read(simulated, radii, method)
 
 
-def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> Reading:
+def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> FeatureMethod:
     """Return the spheres as a method reads them."""
     labels = labels_of(simulated)
     if isinstance(method, Method):
-        return Neighbours(distances=sphere_distances(simulated, radii, method), labels=labels, method=method)
+        return NeighbourFeatures(distances=sphere_distances(simulated, radii, method), labels=labels, method=method)
     return spheres_profiled(simulated, labels, radii)
 
 
-def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
     """Return what the spheres have to beat: their own points, shapes and related work."""
     points = points_profiled(simulated, labels_of(simulated), radii)
     return {POINTS: points} | shapes_read(simulated, radii, method)
 
 
-def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
     """Return baselines that are quickly asked: shapes, and related work.
 
     Shapes are scored with the neighbours, votes and choice of radius of the method, if it has such.
     """
     labels, neighbours = labels_of(simulated), method if isinstance(method, Method) else CUBES
     shapes = {
-        name: Neighbours(distances=distances, labels=labels, method=neighbours)
+        name: NeighbourFeatures(distances=distances, labels=labels, method=neighbours)
         for name, distances in baseline_distances(simulated.records, radii).items()
     }
     return shapes | related(simulated.records, labels)

@@ -15,7 +15,14 @@ from matplotlib.figure import Figure
 from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.viewer.colours import HEIGHT_COLOURS
-from spherefunc_bullet.viewer.pictures import CUT_COLOUR, SPHERES_ACROSS, View, fitting_radius, is_cut, object_picture
+from spherefunc_bullet.viewer.pictures import (
+    CUT_COLOUR,
+    SPHERES_ACROSS,
+    CameraView,
+    fitting_radius,
+    is_cut,
+    object_picture,
+)
 
 from ..pages.plates import DOUBLE, GREY, Plate
 from .evaluated_data import EvaluatedData
@@ -24,11 +31,11 @@ KINDS = 2  # of each function: the categories with most objects, such as chairs 
 MANY = 4  # functions: of more, one kind each
 ABREAST = 4  # pictures in a row
 LONGEST = 27  # letters above a picture
-VIEW = View(size=(560, 470))  # somewhat more than 300 dpi
+VIEW = CameraView(size=(560, 470))  # somewhat more than 300 dpi
 
 
 @dataclass(frozen=True, kw_only=True)
-class Exhibit:
+class TypicalObject:
     """One object that is shown."""
 
     index: int  # in the data
@@ -51,7 +58,7 @@ def typical_objects(data: EvaluatedData) -> Plate:
     )
 
 
-def exhibits(data: EvaluatedData) -> list[Exhibit]:
+def exhibits(data: EvaluatedData) -> list[TypicalObject]:
     """Return the objects to show: of each function its most typical ones, then an ordinary non-member."""
     chosen: dict[int, float | None] = {}
     kinds = KINDS if len(data.labels.functions) <= MANY else 1
@@ -62,7 +69,7 @@ def exhibits(data: EvaluatedData) -> list[Exhibit]:
     if outside is not None:
         chosen[outside] = None
     return [
-        Exhibit(index=index, radius=picture_radius(data, index, SPHERES_ACROSS), score=score)
+        TypicalObject(index=index, radius=picture_radius(data, index, SPHERES_ACROSS), score=score)
         for index, score in chosen.items()
     ]
 
@@ -98,7 +105,7 @@ def picture_radius(data: EvaluatedData, index: int, across: float) -> float:
     return fitting_radius(filled, record.size, across)
 
 
-def exhibit_row(data: EvaluatedData, exhibit: Exhibit) -> dict[str, Any]:
+def exhibit_row(data: EvaluatedData, exhibit: TypicalObject) -> dict[str, Any]:
     """Return what is shown, in numbers."""
     item = data.simulated.objects[exhibit.index]
     return {
@@ -111,7 +118,7 @@ def exhibit_row(data: EvaluatedData, exhibit: Exhibit) -> dict[str, Any]:
     }
 
 
-def draw_exhibits(figure: Figure, data: EvaluatedData, shown: list[Exhibit]):
+def draw_exhibits(figure: Figure, data: EvaluatedData, shown: list[TypicalObject]):
     """Draw the pictures in rows, and the key in the last place."""
     rows = -(-(len(shown) + 1) // ABREAST)
     grid = figure.subplots(rows, ABREAST, squeeze=False)

@@ -16,7 +16,7 @@ from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
 from .sitting import score_sitting
-from .standing import Agreement, Judged, Outcome, StandScore, agreement, score_standing
+from .standing import Agreement, ScoredAnswers, StandScore, TaskOutcome, agreement, score_standing
 
 # By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
@@ -25,13 +25,13 @@ CHANCE = 0.05  # two backends differ where so much of chance, or less, explains 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class TaskReports:
     """What backends did of each task, by backend; of a task that was not asked, nothing."""
 
     poses: dict[str, PoseScore]
     standing: dict[str, StandScore]
     keeping: dict[str, KeepScore]
-    places: dict[str, Judged]
+    places: dict[str, ScoredAnswers]
     unable: dict[str, tuple[str, ...]]  # by task, the backends that cannot do it
 
     @property
@@ -40,11 +40,11 @@ class Measured:
         pair = list(self.standing.values())[:2]
         return agreement(*pair) if len(pair) == 2 else None
 
-    def outcomes(self, task: str) -> list[Outcome]:
+    def outcomes(self, task: str) -> list[TaskOutcome]:
         """Return what each backend did of a task, comparable over tasks."""
         if task == "poses":
             return [
-                Outcome(
+                TaskOutcome(
                     backend=name,
                     measure="pose of use ranked first",
                     value=one.first,
@@ -58,7 +58,7 @@ class Measured:
         measures["places"] = ("F of seats with a place to sit", self.places)
         words, scores = measures[task]
         return [
-            Outcome(
+            TaskOutcome(
                 backend=name,
                 measure=words,
                 value=one.score.f_measure,
@@ -90,7 +90,7 @@ def measured(
     count: int | None,
     classifier: CloudClassifier | None,
     loading: LoadOptions,
-) -> Measured:
+) -> TaskReports:
     """Return what simulators do of tasks, each asked for the tasks that it can do.
 
     Parameters
@@ -111,7 +111,7 @@ def measured(
         scored = {name: score(objects, one, *more, count, loading) for name, one in able(task).items()}
         return {name: one for name, one in scored.items() if one is not None}
 
-    return Measured(
+    return TaskReports(
         poses=scored("poses", score_poses, classifier),
         standing=scored("standing", score_standing),
         keeping=scored("keeping", score_keeping),
@@ -120,7 +120,7 @@ def measured(
     )
 
 
-def benefit_sentence(task: str, outcomes: Sequence[Outcome], unable: Sequence[str]) -> str:
+def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequence[str]) -> str:
     """Return in one sentence what fidelity buys at a task, at what price: the last backend beside the first."""
     if not outcomes:
         why = f"{', '.join(unable)} cannot do it" if unable else "the data have nothing to ask about"
@@ -140,7 +140,7 @@ def benefit_sentence(task: str, outcomes: Sequence[Outcome], unable: Sequence[st
     return f"{task}: {slow.backend} is {verdict} {quick.backend} ({values}) and {buys}, at {price}."
 
 
-def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
+def beside(first: TaskOutcome, second: TaskOutcome) -> tuple[bool, float]:
     """Return whether the second is right more often, and how likely chance alone gives such a difference.
 
     An exact sign test of the objects of which one alone is right (McNemar).
@@ -154,12 +154,12 @@ def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
     return gains > losses, float(chance)
 
 
-def sentences(mechanics: Measured) -> dict[str, str]:
+def sentences(mechanics: TaskReports) -> dict[str, str]:
     """Return for each task that was asked what fidelity buys."""
     return {task: benefit_sentence(task, mechanics.outcomes(task), unable) for task, unable in mechanics.unable.items()}
 
 
-def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:
+def task_reports(mechanics: TaskReports) -> dict[str, dict[str, Any]]:
     """Return what was measured of each task, ready for JSON, with its sentence."""
     scores = {task: getattr(mechanics, task) for task in TASKS}
     said, same = sentences(mechanics), mechanics.agreement

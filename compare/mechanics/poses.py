@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import Judged, Verdict, asked, score_of
+from .standing import ScoredAnswers, TaskAnswer, asked, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -94,7 +94,7 @@ Curve = tuple[float, ...]  # share kept at each angle
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeepScore(Judged):
+class KeepScore(ScoredAnswers):
     """How well one backend tells vessels, and the mean curves of either side."""
 
     angles_deg: tuple[float, ...]
@@ -138,7 +138,7 @@ def score_keeping(
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
             about = {"name": item.path.name, "kind": item.category, "true": true}
-            verdicts.append(Verdict(**about, positive=whole[-1] >= SHARE, value=whole[-1]))
+            verdicts.append(TaskAnswer(**about, positive=whole[-1] >= SHARE, value=whole[-1]))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(

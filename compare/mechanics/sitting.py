@@ -19,15 +19,15 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.levels import Level
+from spherefunc_bullet.scenes.impairment.levels import LevelPart
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
-from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
 from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import Judged, Verdict, asked, score_of
+from .standing import ScoredAnswers, TaskAnswer, asked, score_of
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
@@ -36,7 +36,7 @@ APART = 0.1  # metres in height: another level
 
 
 @needs("level")
-def folded(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
+def folded(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Press a seat flat from its back to its front."""
     low, high = level.box
     axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
@@ -93,16 +93,16 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
 
 def score_sitting(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
-) -> Judged | None:
+) -> ScoredAnswers | None:
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
     for item, held, _ in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
         seconds += [taken for _, taken in held.values()]
         verdicts += [
-            Verdict(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
+            TaskAnswer(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
             for kind, (share, _) in held.items()
         ]
     if not verdicts:
         return None
-    return Judged(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
+    return ScoredAnswers(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))

@@ -26,14 +26,14 @@ from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.dropping import LoadOptions
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import Simulator, isolated
-from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings
+from spherefunc_bullet.simulator.mechanics import Material, Stance, StandSettings
 from spherefunc_bullet.simulator.statics.body import body_of
 
 Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class TaskAnswer:
     """One object that was asked."""
 
     name: str
@@ -44,7 +44,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score:
+class TaskScore:
     """How well one backend did a task."""
 
     backend: str
@@ -56,15 +56,15 @@ class Score:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
+class ScoredAnswers:
     """How well one backend tells what works from what does not, and what it said of each object."""
 
-    score: Score
-    verdicts: tuple[Verdict, ...]
+    score: TaskScore
+    verdicts: tuple[TaskAnswer, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class TaskOutcome:
     """What one backend did of one task, as it can be put beside another's."""
 
     backend: str
@@ -75,11 +75,11 @@ class Outcome:
     right: dict[str, bool]  # by object
 
 
-def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:
+def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -> TaskScore:
     """Return the score of verdicts."""
     found = quality(np.array([one.true for one in verdicts]), np.array([one.positive for one in verdicts]))
     shares = {"f_measure": found.f_measure, "precision": found.precision, "recall": found.recall}
-    return Score(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
+    return TaskScore(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
 
 
 def asked(
@@ -123,10 +123,10 @@ class StandAnswer:
         level = self.stance in (Stance.STANDS, Stance.ROCKS) and self.tilt_deg < LEVEL_DEG
         return level and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
-    def verdict(self, name: str) -> Verdict:
+    def verdict(self, name: str) -> TaskAnswer:
         """Return the verdict on the object of this name."""
         share = float(self.carries.mean()) if len(self.carries) else 0.0
-        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
+        return TaskAnswer(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
 
 
 def stood(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
@@ -139,7 +139,7 @@ def stood(path: Path, simulator: Simulator, loading: LoadOptions, function: str)
 
 def stood_one(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
     """Return how one object stands under its load."""
-    load = PERSON if function == "sittable" else body_of(cloud, Matter()).mass
+    load = PERSON if function == "sittable" else body_of(cloud, Material()).mass
     places = resting_places(cloud)
     result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), loaded_places(places), 0)
     return StandAnswer(kind=kind, stance=result.stance, tilt_deg=result.tilt_deg, carries=result.carries)
@@ -158,7 +158,7 @@ def loaded_places(places: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandScore(Judged):
+class StandScore(ScoredAnswers):
     """How well one backend tells what is sound."""
 
     answers: dict[str, StandAnswer]  # by file and kind

@@ -33,7 +33,7 @@ NAMED = ("missing", "tilted", "tilted by 25 degrees", "folded", "spikes")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class TriedPlaces:
     """What became of the places of one kind of one object."""
 
     name: str
@@ -57,7 +57,7 @@ def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict
     return simulated.objects, dict(zip(labels.functions, scores.T, strict=True))
 
 
-def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> Tried:
+def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> TriedPlaces:
     """Return what becomes of an object's places of one kind: all places to sit, the best of the other kinds."""
     started = time.perf_counter()
     places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
@@ -65,7 +65,7 @@ def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Map
     asked = places if kind == "sit" else places[:1]
     after = proven(cloud, asked, make_simulator("bullet"), ProofSettings())
     best = [place.proven.holds for place in after if place.position is places[0].position]
-    return Tried(
+    return TriedPlaces(
         name=item.path.name,
         group=item.group,
         true=FUNCTION[kind] in item.functions,
@@ -78,7 +78,7 @@ def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Map
     )
 
 
-def objects_tried(objects: Sequence[DatasetObject], scores: Mapping[str, np.ndarray], kind: str) -> list[Tried]:
+def objects_tried(objects: Sequence[DatasetObject], scores: Mapping[str, np.ndarray], kind: str) -> list[TriedPlaces]:
     """Return what becomes of each object that has, or may have, a kind's function, but for those that have it also."""
     function = FUNCTION[kind]
     may = [
@@ -98,13 +98,13 @@ def known_of(scores: Mapping[str, np.ndarray], row: int) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sat:
+class CopySeats:
     """Who could sit on one copy of a seat."""
 
     kind: str
     works: bool  # whether one can sit on such copies
-    assumed: Tried  # taken for a seat, whatever spheres say of it
-    answered: Tried | None  # as spheres classify it; None where these say that it is no seat
+    assumed: TriedPlaces  # taken for a seat, whatever spheres say of it
+    answered: TriedPlaces | None  # as spheres classify it; None where these say that it is no seat
 
 
 def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, object]:
@@ -126,7 +126,7 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, obje
     }
 
 
-def sat_on(item: DatasetObject) -> Iterator[Sat]:
+def sat_on(item: DatasetObject) -> Iterator[CopySeats]:
     """Yield what becomes of sitters on a seat and on each copy of it."""
     specimen = Specimen(load_cloud(item.path), SEAT)
     working = [kind for kind in (*IMPAIRMENTS, *IN_USE) if kind.works and SEAT in kind.functions]
@@ -141,10 +141,10 @@ def sat_on(item: DatasetObject) -> Iterator[Sat]:
         answered = assumed
         if known[SEAT] <= CLAIMED:  # above that it is sat on as what is surely a seat
             answered = tried(cloud, item, "sit", known[SEAT], known) if known[SEAT] >= NO_SEAT else None
-        yield Sat(kind=kind.kind, works=kind.works, assumed=assumed, answered=answered)
+        yield CopySeats(kind=kind.kind, works=kind.works, assumed=assumed, answered=answered)
 
 
-def sitters(rows: Iterable[Sat]) -> dict[str, float | None]:
+def sitters(rows: Iterable[CopySeats]) -> dict[str, float | None]:
     """Return how many copies there are, and the shares with a place to sit, and with one on which a sitter held."""
     every = list(rows)
     return {
@@ -183,7 +183,7 @@ def share(which: Sequence[bool]) -> float | None:
     return round(float(np.mean(which)), 3) if len(which) else None
 
 
-def quality(rows: Sequence[Tried], said: Sequence[bool]) -> dict[str, float]:
+def quality(rows: Sequence[TriedPlaces], said: Sequence[bool]) -> dict[str, float]:
     """Return precision, recall and F-measure of what is said to have the function."""
     found = validation.quality(np.array([one.true for one in rows], bool), np.array(said, bool))
     return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
@@ -195,7 +195,7 @@ def proofs_examined(folder: Path) -> dict[str, object]:
     return {kind: bought(objects_tried(objects, scores, kind)) for kind in KINDS}
 
 
-def bought(rows: Sequence[Tried]) -> dict[str, object]:
+def bought(rows: Sequence[TriedPlaces]) -> dict[str, object]:
     """Return what places and proofs of one kind add to the spheres' scores, and the shares that have the function."""
     called = [one.score > CLAIMED for one in rows]
     placed = [yes and one.places > 0 for one, yes in zip(rows, called, strict=True)]
@@ -218,7 +218,7 @@ def bought(rows: Sequence[Tried]) -> dict[str, object]:
     }
 
 
-def shares(rows: Sequence[Tried]) -> dict[str, float | None]:
+def shares(rows: Sequence[TriedPlaces]) -> dict[str, float | None]:
     """Return what share has the function: of all, of those whose best place held, and of those whose did not."""
     return {
         "all": share([one.true for one in rows]),

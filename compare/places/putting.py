@@ -20,7 +20,7 @@ MASS = 0.3  # kg
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stayed:
+class StayCounts:
     """What became of objects set down."""
 
     asked: int
@@ -48,7 +48,7 @@ class OwnWorld:
         self.table = p.createMultiBody(0, shape, self.visual)
         p.setCollisionFilterGroupMask(self.table, -1, 1, 2)
 
-    def stayed(self, put: Cloud, poses: Sequence[np.ndarray]) -> Stayed:
+    def stayed(self, put: Cloud, poses: Sequence[np.ndarray]) -> StayCounts:
         """Set an object down at several poses, which do not meet each other, and say what becomes of them."""
         from scipy.spatial.transform import Rotation
 
@@ -70,7 +70,7 @@ class OwnWorld:
         ends = [p.getBasePositionAndOrientation(body) for body in bodies]
         for body in bodies:
             p.removeBody(body)
-        return Stayed(
+        return StayCounts(
             asked=len(poses),
             stayed=sum(is_where_it_was(a, b) for a, b in zip(starts, ends, strict=True)),
             touched=int(touched.sum()),
@@ -125,7 +125,7 @@ def put_on(cloud: Cloud, put: Cloud) -> list[Place]:
     return [place for place in places_of(cloud, put=put, scores={}) if place.kind == "put"]
 
 
-def examined(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, Stayed | None]:
+def examined(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, StayCounts | None]:
     """Return what becomes of each object at random poses on one table; None where there are no poses."""
     world, rows = OwnWorld(cloud), {}
     for name, put in objects.items():
@@ -136,7 +136,7 @@ def examined(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) 
     return rows
 
 
-def summary(rows: Sequence[dict[str, Stayed | None]]) -> dict[str, dict[str, float]]:
+def summary(rows: Sequence[dict[str, StayCounts | None]]) -> dict[str, dict[str, float]]:
     """Return for each object the poses asked, the share that stayed, those touched, and tables without a pose."""
     results = {}
     for name in rows[0] if rows else ():

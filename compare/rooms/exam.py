@@ -23,7 +23,7 @@ from spherefunc_bullet.scenes.recognition.room import Room
 from spherefunc_bullet.scenes.scans.scan import Scan
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
-from .matching import Row, Score, Verdict, rounded, score_of, score_row
+from .matching import MatchResult, Row, Score, rounded, score_of, score_row
 from .truth import RecognisedObject, TrueObject, aligned_box
 
 OBJECT, PLACE = "object", "place"
@@ -39,7 +39,7 @@ class ExaminedScan:
     """The verdicts of one scan, by object and by place."""
 
     source: str  # whose it is: the first word of its name
-    verdicts: Mapping[str, Sequence[Verdict]]
+    verdicts: Mapping[str, Sequence[MatchResult]]
 
     def score(self, unit: str, function: str = ALL) -> Score:
         """Return the score by object or by place, of one function or of all."""
@@ -59,7 +59,7 @@ def source_of(path: Path) -> str:
 
 def judged_places(
     truth: Sequence[TrueObject], scan: Scan, room: Room, recognised: Sequence[RecognisedObject]
-) -> list[Verdict]:
+) -> list[MatchResult]:
     """Compare the best place of each function claimed of each object with the truth's boxes, in the scan's frame.
 
     A true object is found once; a second place on it counts neither way.
@@ -81,10 +81,10 @@ def judged_places(
             if place.function == name:
                 holder = holder_of(place.position, wanted, scan)
                 if holder is None:
-                    verdicts.append(Verdict(function=name, claim=claim))
+                    verdicts.append(MatchResult(function=name, claim=claim))
                 else:
                     taken.setdefault(holder, claim)
-        verdicts += [Verdict(function=name, true=one, claim=taken.get(k)) for k, one in enumerate(wanted)]
+        verdicts += [MatchResult(function=name, true=one, claim=taken.get(k)) for k, one in enumerate(wanted)]
     return verdicts
 
 

@@ -26,14 +26,16 @@ OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Training(Dropping):
+class TrainingOptions(Dropping):
     """How examples are made, and what learns from them."""
 
     completion: tuple[str, ...] = ()
     method: str = "cubes"
 
 
-def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
+def two_folds(
+    dataset: Dataset, training: TrainingOptions, failed: Callable[[InputError], None], jobs: int
+) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
 
     Parameters
@@ -59,7 +61,7 @@ def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
 
 
 def trained_classifier(
-    dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
+    dataset: Dataset, simulated: Simulated, training: TrainingOptions, failed: Callable[[InputError], None]
 ) -> CloudClassifier:
     """Return a classifier that has learnt a data set's objects as whole models, and partial views of large ones.
 
@@ -73,7 +75,7 @@ def trained_classifier(
 
 
 def partial_examples(
-    dataset: Dataset, training: Training, failed: Callable[[InputError], None]
+    dataset: Dataset, training: TrainingOptions, failed: Callable[[InputError], None]
 ) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
     """Yield settled centres, functions and name of what scans of rooms show of a data set's large objects."""
     rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))

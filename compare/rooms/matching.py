@@ -22,15 +22,15 @@ Score = Counter[str]  # how many verdicts there are of each outcome; they add up
 
 
 @dataclass(frozen=True)
-class Counts:
+class MatchCounts:
     """Right, wrong and missing answers, which add up over rooms."""
 
     hits: int = 0
     false_alarms: int = 0
     misses: int = 0
 
-    def __add__(self, other: Counts) -> Counts:
-        return Counts(self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses)
+    def __add__(self, other: MatchCounts) -> MatchCounts:
+        return MatchCounts(self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses)
 
     @property
     def precision(self) -> float | None:
@@ -88,13 +88,13 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) ->
     return matches
 
 
-def segmentation_counts(matches: Matches, asked: Sequence[int]) -> Counts:
+def segmentation_counts(matches: Matches, asked: Sequence[int]) -> MatchCounts:
     """Return how many objects were found, parts that are no object, and objects that no part is."""
     hits = sum(number is not None for number in matches.values())
-    return Counts(hits, len(matches) - hits, len(asked) - hits)
+    return MatchCounts(hits, len(matches) - hits, len(asked) - hits)
 
 
-def function_counts(matches: Matches, given: Functions, labels: Functions, name: str) -> Counts:
+def function_counts(matches: Matches, given: Functions, labels: Functions, name: str) -> MatchCounts:
     """Return how often a function was given rightly, wrongly and not at all, from scan to label.
 
     Parameters
@@ -109,7 +109,7 @@ def function_counts(matches: Matches, given: Functions, labels: Functions, name:
     claimed = [number for part, number in matches.items() if name in given[part]]
     hits = sum(number is not None and name in labels[number] for number in claimed)
     members = sum(name in functions for functions in labels.values())
-    return Counts(hits, len(claimed) - hits, members - hits)
+    return MatchCounts(hits, len(claimed) - hits, members - hits)
 
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
@@ -118,7 +118,7 @@ _BESIDE = 0.05  # metres: half of a chair's back, at the edge of what is inferre
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Verdict:
+class MatchResult:
     """One function of an object, of a claim, or of both: found, missed, false, or counted apart."""
 
     function: str
@@ -138,7 +138,7 @@ class Verdict:
         return f"back {ending}" if self.true.visible == BACK_ONLY else "uncounted"
 
 
-def score_of(verdicts: Iterable[Verdict]) -> Score:
+def score_of(verdicts: Iterable[MatchResult]) -> Score:
     """Return how many verdicts there are of each outcome."""
     return Counter(verdict.outcome for verdict in verdicts)
 
@@ -166,14 +166,14 @@ def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
     return shared if shared >= least else 0.0
 
 
-def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:
+def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare each function of each object: the largest overlaps are matched first, each object once."""
     wanted = [item.functions | item.disputed for item in truth]
     functions = sorted(set().union(*wanted, *(item.functions for item in recognised)))
     return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
 
 
-def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[Verdict]:
+def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare what was inferred with the truth: true if the middle of an object of that function lies in its box.
 
     Seen from above, and each object once. Of what is inferred most was not seen, and the truth's box may be of a back
@@ -184,7 +184,7 @@ def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedOb
         own = [true for true in left if claim.functions <= true.functions | true.disputed and lies_in(true, claim.box)]
         nearest = min(own, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
         left = [true for true in left if true is not nearest]
-        verdicts += [Verdict(function=name, true=nearest, claim=claim) for name in claim.functions]
+        verdicts += [MatchResult(function=name, true=nearest, claim=claim) for name in claim.functions]
     return verdicts
 
 
@@ -195,16 +195,16 @@ def lies_in(true: TrueObject, box: Box) -> bool:
     return bool((np.abs(box.to_own(true.box.center[None])[0, :2]) <= box.size[:2] / 2 + _BESIDE).all())
 
 
-def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:
+def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare one function of each object."""
     wanted = [item for item in truth if name in item.functions | item.disputed]
     claimed = [item for item in recognised if name in item.functions]
     overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
     pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
     found = {t: claimed[c] for t, c in pairs.items()}
-    verdicts = [Verdict(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
+    verdicts = [MatchResult(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
     return verdicts + [
-        Verdict(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()
+        MatchResult(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()
     ]
 
 

@@ -27,19 +27,19 @@ from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
 
 from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_exam, source_of
-from .matching import Row, Score, Verdict, judged, judged_by_place, score_of, score_row
+from .matching import MatchResult, Row, Score, judged, judged_by_place, score_of, score_row
 from .truth import inferred_in, read_rows, recognised_in, true_objects
 
-Verdicts = Sequence[Verdict]
+Verdicts = Sequence[MatchResult]
 
 
 @dataclass(kw_only=True)
-class Measured:
+class ScanResults:
     """What was measured of all scans so far."""
 
     rows: list[Row] = field(default_factory=list)
-    verdicts: list[Verdict] = field(default_factory=list)
-    inferred: list[Verdict] = field(default_factory=list)  # of what nobody saw: each claim's
+    verdicts: list[MatchResult] = field(default_factory=list)
+    inferred: list[MatchResult] = field(default_factory=list)  # of what nobody saw: each claim's
     examined: list[ExaminedScan] = field(default_factory=list)
 
     def json(self) -> dict[str, object]:
@@ -88,7 +88,7 @@ def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> Row:
     }
 
 
-def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: Measured):
+def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: ScanResults):
     """Recognise one scan and add what came of it.
 
     Raises
@@ -120,7 +120,7 @@ def main(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ):
     """Measure recognition on real scans."""
-    paths, failures, measured = scan_files(data, only), Failures(), Measured()
+    paths, failures, measured = scan_files(data, only), Failures(), ScanResults()
     classifier = load_model(model or shipped_model("fast", scans=True))
     prepare_folder(pictures)
     warm_up(make_simulator(classifier.simulator))

@@ -29,14 +29,14 @@ from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 
-from .matching import Counts, function_counts, match_parts
+from .matching import MatchCounts, function_counts, match_parts
 
 VIEWS = (3, 1, 5, 2)  # of the rooms, in turn
 FACTORS = (0.5, 2.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Number:
+class SettingField:
     """A field of a stage's settings."""
 
     stage: str  # of `STAGES`
@@ -64,15 +64,15 @@ class Number:
             object.__setattr__(stage, self.name, value)
 
 
-def numbers_of(stage: str) -> list[Number]:
+def numbers_of(stage: str) -> list[SettingField]:
     """Return the numbers of a stage, without pairs and rows of numbers."""
     single = [one.name for one in fields(settings.STAGES[stage]) if not isinstance(one.default, tuple)]
-    return [Number(stage=stage, name=name) for name in single]
+    return [SettingField(stage=stage, name=name) for name in single]
 
 
-def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[Counts, list[bytes]]:
+def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[MatchCounts, list[bytes]]:
     """Return how many functions are found, false and missed in rooms, and each room's answer to compare."""
-    total, found = Counts(), []
+    total, found = MatchCounts(), []
     for scan in scanned:
         seen = scan.seen().tolist()
         room = recognise(Scan(name=scan.room.name, points=scan.points), model)
@@ -85,7 +85,9 @@ def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[Count
     return total, found
 
 
-def row_of(number: Number, scanned: Sequence[VirtualScan], model: FunctionModel, before: Sequence[bytes]) -> list[str]:
+def row_of(
+    number: SettingField, scanned: Sequence[VirtualScan], model: FunctionModel, before: Sequence[bytes]
+) -> list[str]:
     """Return a line: the number, and what becomes of the rooms with it halved and doubled."""
     row = [number.title, f"{number.value:g}"]
     for factor in FACTORS:

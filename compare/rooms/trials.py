@@ -25,7 +25,7 @@ from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, Vi
 from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.records import simulate_objects
 
-from .matching import Counts, Functions, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
+from .matching import Functions, MatchCounts, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
 
 Summand = TypeVar("Summand")
 
@@ -69,10 +69,12 @@ class ConditionCounts:
     objects: int = 0  # of which the scans show enough
     hidden: int = 0  # of which they do not
     points: int = 0
-    segmentation: Counts = Counts()
-    labelled: dict[str, Counts] = field(default_factory=dict)  # by function, from scan to label
-    cut_out: dict[str, Counts] = field(default_factory=dict)  # given the true segmentation
-    whole: dict[str, Counts] = field(default_factory=dict)  # the same objects as whole models, by the same classifier
+    segmentation: MatchCounts = MatchCounts()
+    labelled: dict[str, MatchCounts] = field(default_factory=dict)  # by function, from scan to label
+    cut_out: dict[str, MatchCounts] = field(default_factory=dict)  # given the true segmentation
+    whole: dict[str, MatchCounts] = field(
+        default_factory=dict
+    )  # the same objects as whole models, by the same classifier
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
     def __add__(self, other: ConditionCounts) -> ConditionCounts:
@@ -82,7 +84,8 @@ class ConditionCounts:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
         functions = {
-            name: counts.row() | {kind: rounded(table.get(name, Counts()).f_measure) for kind, table in kinds.items()}
+            name: counts.row()
+            | {kind: rounded(table.get(name, MatchCounts()).f_measure) for kind, table in kinds.items()}
             for name, counts in self.labelled.items()
         }
         return {
@@ -194,7 +197,7 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
     room = trial.recognised(Scan(name=scan.room.name, points=scan.points), fold.model)
     matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
 
-    def counts(matches: Matches, given: Functions) -> dict[str, Counts]:
+    def counts(matches: Matches, given: Functions) -> dict[str, MatchCounts]:
         return {name: function_counts(matches, given, labels, name) for name in fold.model.functions_}
 
     return ConditionCounts(

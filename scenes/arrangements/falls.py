@@ -33,14 +33,14 @@ LEAST = 0.05  # of the upward parts: a wall that is a little off the vertical ca
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class CarriedSpheres:
     """What carries spheres (S,)."""
 
     owners: np.ndarray  # (S,) number of the object, or `NOBODY`
     bases: np.ndarray  # (S,) metres, the height of the object's surface under it or under those that it rests on
 
 
-def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> Carried:
+def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> CarriedSpheres:
     """Return what carries spheres (S, 3), metres, given in the order in which they settled.
 
     That is what each rests on, not what it leans on; through other spheres if it must. A contact carries by how upright
@@ -61,7 +61,7 @@ def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> 
         total = shares[number] + through
         shares[number] = total / max(total.sum(), LEAST)
     owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NO_OWNER)
-    return Carried(owners, bases)
+    return CarriedSpheres(owners, bases)
 
 
 def lower_neighbors(centers: np.ndarray, radius: float) -> list[list[int]]:
@@ -137,7 +137,7 @@ SPARE = 3.0  # standard deviations of the number of drops that fall beside the b
 
 
 @dataclass(frozen=True, eq=False)
-class Falls:
+class ArrangedDrops:
     """Drops (D,) and what carries those that settled, in the world's frame, metres."""
 
     radius: float
@@ -147,9 +147,9 @@ class Falls:
     bases: np.ndarray  # (D,) height of the surface that carries it, metres; NaN where it did not settle
     upon: np.ndarray  # (D,) bool: it rests on spheres alone
 
-    def kept(self, which: np.ndarray) -> Falls:
+    def kept(self, which: np.ndarray) -> ArrangedDrops:
         """Return some of the drops, (D,) bool or their numbers."""
-        return Falls(self.radius, *(part[which] for part in self.parts))
+        return ArrangedDrops(self.radius, *(part[which] for part in self.parts))
 
     @property
     def parts(self) -> tuple[np.ndarray, ...]:
@@ -189,14 +189,14 @@ def cut_mesh(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> Mesh:
 
 def drop_on(
     objects: Sequence[ArrangedObject], simulator: Simulator, settings: DropSettings, seed: int, name: str
-) -> tuple[DropResult, Falls]:
+) -> tuple[DropResult, ArrangedDrops]:
     """Return what becomes of drops on objects as they stand together, all over them."""
     clouds = [item.cloud for item in objects]
     return falls_on(clouds, united(clouds, name), simulator, settings, seed)
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class NeighbouringObjects:
     """One of some objects, and what of the others stands within a few radii of its box."""
 
     objects: Sequence[ArrangedObject]
@@ -204,7 +204,7 @@ class Surroundings:
     present: dict[int, Cloud]  # by number, the object itself too, in the world's frame
     union: Cloud
 
-    def drop(self, simulator: Simulator, settings: DropSettings, seed: int) -> Falls:
+    def drop(self, simulator: Simulator, settings: DropSettings, seed: int) -> ArrangedDrops:
         """Return what becomes of the drops over the object's box.
 
         Parameters
@@ -224,18 +224,18 @@ class Surroundings:
         return within_boxes(falls.kept(over), self.objects)
 
 
-def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> Surroundings:
+def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> NeighbouringObjects:
     """Return one of some objects with what stands around it, for spheres of a radius in metres."""
     asked = objects[number]
     low, high = asked.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
     parts = {k: asked.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
     present = {k: cloud for k, cloud in parts.items() if cloud is not None}
-    return Surroundings(objects, number, present, united(list(present.values()), asked.name))
+    return NeighbouringObjects(objects, number, present, united(list(present.values()), asked.name))
 
 
 def falls_on(
     clouds: Sequence[Cloud], union: Cloud, simulator: Simulator, settings: DropSettings, seed: int
-) -> tuple[DropResult, Falls]:
+) -> tuple[DropResult, ArrangedDrops]:
     """Return a run on several clouds that are one cloud to the simulator, and which of them carries each sphere."""
     result = simulator.drop(union, settings, seed)
     if len(result.columns) != result.drops:
@@ -246,10 +246,10 @@ def falls_on(
     owners, upon = np.full(result.drops, NO_OWNER), np.zeros(result.drops, bool)
     centers[settled], bases[settled] = result.centers, carried.bases
     owners[settled], upon[settled] = carried.owners, ~result.on_object
-    return result, Falls(settings.radius, result.columns, centers, owners, bases, upon)
+    return result, ArrangedDrops(settings.radius, result.columns, centers, owners, bases, upon)
 
 
-def within_boxes(falls: Falls, objects: Sequence[ArrangedObject]) -> Falls:
+def within_boxes(falls: ArrangedDrops, objects: Sequence[ArrangedObject]) -> ArrangedDrops:
     """Return falls without those that rest on spheres alone, above the object that carries these (paper, §III-A)."""
     tops = np.array([*(item.cloud.bounds[1, 2] for item in objects), np.inf])[falls.owners]
     outside = falls.upon & (falls.centers[:, 2] > tops)

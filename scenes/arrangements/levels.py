@@ -15,7 +15,7 @@ from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
-from .falls import Falls, surroundings
+from .falls import ArrangedDrops, surroundings
 from .placing import ArrangedObject, along_heading
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
@@ -24,7 +24,7 @@ FEWEST = 10  # drops of a run
 
 
 @dataclass(frozen=True, kw_only=True)
-class Level:
+class ArrangedLevel:
     """The level at which an object carries most, and how much of it is left to it. Areas in square metres."""
 
     height: float  # above the ground, metres
@@ -41,7 +41,7 @@ class Level:
 
 def level_of(
     objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float | None, drops: int, seed: int
-) -> Level | None:
+) -> ArrangedLevel | None:
     """Return the level of one object alone and together with the others; None where nothing rests on it.
 
     Parameters
@@ -69,7 +69,7 @@ def level_of(
     area = float(asked.own.size[:2].prod())
     over = outline_of(held[on_level(alone, 0, height)[alone.by(0)], :2], length).inside(together.columns) >= 0
     others = [k for k in range(len(objects)) if k != number]
-    return Level(
+    return ArrangedLevel(
         height=height,
         alone=area * float(on_level(alone, 0, height).mean()),
         together=area * float(on_level(together, number, height).mean()),
@@ -92,14 +92,14 @@ def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
     return max(FEWEST, int(share * size[:2].prod() / (np.pi * radius**2)))
 
 
-def on_level(falls: Falls, number: int, height: float) -> np.ndarray:
+def on_level(falls: ArrangedDrops, number: int, height: float) -> np.ndarray:
     """Return which drops come to rest on one object at a height, or on spheres that do, (D,) bool."""
     return falls.by(number) & (np.abs(falls.bases - height) <= falls.radius)
 
 
-def joined(parts: Sequence[Falls]) -> Falls:
+def joined(parts: Sequence[ArrangedDrops]) -> ArrangedDrops:
     """Return the drops of several runs."""
-    return Falls(parts[0].radius, *map(np.concatenate, zip(*(part.parts for part in parts), strict=True)))
+    return ArrangedDrops(parts[0].radius, *map(np.concatenate, zip(*(part.parts for part in parts), strict=True)))
 
 
 SUNK = 0.002  # metres: what is no deeper in another object touches it

@@ -12,14 +12,14 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from spherefunc_bullet.formats.files import write_text
 from spherefunc_bullet.viewer.mechanics_pictures import INK, PAPER, STYLE, png_of
 from spherefunc_bullet.viewer.page import image_html, page_html, table_html
-from spherefunc_bullet.viewer.pictures import View, render_balls
+from spherefunc_bullet.viewer.pictures import CameraView, render_balls
 
 from .falls import united
 from .together import ArrangedResult, Together
 
 # Okabe and Ito's: everyone can distinguish them.
 COLOURS = np.array([[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]]) / 255
-VIEW = View(size=(720, 540))
+VIEW = CameraView(size=(720, 540))
 LINE = 40  # pixels of the legend, an object each
 SIZE = 20  # of its letters, at most
 

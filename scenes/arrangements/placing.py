@@ -14,7 +14,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.clouds.preparation import headed, turned
 from spherefunc_bullet.errors import InputError, explaining
 
-from .surfaces import Surface, surface_of
+from .surfaces import WorldSurface, surface_of
 
 WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z empty to set it down"
 
@@ -98,7 +98,7 @@ class ArrangedObject:
         return Cloud(self.to_world(self.own.points), self.name, placed)
 
     @cached_property
-    def surface(self) -> Surface:
+    def surface(self) -> WorldSurface:
         """Its surface in the world's frame, for what stands on it or under it."""
         return surface_of(self.cloud)
 

@@ -18,7 +18,7 @@ from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surfa
 
 from .levels import SUNK, crossing
 from .placing import ArrangedObject
-from .surfaces import Surface, rise_over
+from .surfaces import WorldSurface, rise_over
 
 GROUND = "ground"
 CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are exact
@@ -71,7 +71,7 @@ def feet_over(item: ArrangedObject, others: Sequence[ArrangedObject]) -> Feet:
     return Feet(points, gaps, touch, LEVEL * float(item.own.size.max()))
 
 
-def touching(*surfaces: Surface) -> float:
+def touching(*surfaces: WorldSurface) -> float:
     """Return how far apart places of surfaces may be that touch, metres."""
     return max(CONTACT, *(SAMPLED * surface.grain for surface in surfaces))
 
@@ -88,7 +88,7 @@ def contacts_over(item: ArrangedObject, other: ArrangedObject) -> tuple[np.ndarr
     return (places, gaps) if carried else (np.empty((0, 3)), np.empty(0))
 
 
-def is_above(one: Surface, other: Surface) -> bool:
+def is_above(one: WorldSurface, other: WorldSurface) -> bool:
     """Return whether of two surfaces that touch the one is the upper: close to where they do, it is above the other.
 
     If neither is, as of boxes of one size, its middle is higher.
@@ -102,7 +102,7 @@ def is_above(one: Surface, other: Surface) -> bool:
     return one.height > other.height
 
 
-def gaps_over(upper: Surface, lower: Surface) -> tuple[np.ndarray, np.ndarray]:
+def gaps_over(upper: WorldSurface, lower: WorldSurface) -> tuple[np.ndarray, np.ndarray]:
     """Return places (N, 3) of a surface that have another below them, and how far, (N,) metres.
 
     What is sunk in less than a touch is above, too.

@@ -29,7 +29,7 @@ BEYOND = 1.0  # metres above or below everything, from where surfaces are looked
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class WorldSurface:
     """A surface in the world's frame, metres."""
 
     points: np.ndarray  # (P, 3) places on it: corners and samples
@@ -75,19 +75,19 @@ class Surface:
     def _along(self, points: np.ndarray, way: float) -> np.ndarray:
         return self.scene.cast_rays(rays_from(points, [0.0, 0.0, way]))["t_hit"].numpy().astype(float)
 
-    def over(self, other: Surface) -> np.ndarray:
+    def over(self, other: WorldSurface) -> np.ndarray:
         """Return those of its points (N, 3) that lie over or under the other's box."""
         low, high = other.bounds[:, :2]
         return self.points[((self.points[:, :2] >= low) & (self.points[:, :2] <= high)).all(axis=1)]
 
 
-def surface_of(cloud: Cloud) -> Surface:
+def surface_of(cloud: Cloud) -> WorldSurface:
     """Return the surface of a cloud: its mesh, or what its points tell."""
     if cloud.mesh is None:
         vertices, faces = squares_about(cloud)
-        return Surface(cloud.points, vertices, faces, cloud.spacing)
+        return WorldSurface(cloud.points, vertices, faces, cloud.spacing)
     used = cloud.mesh.vertices[np.unique(cloud.mesh.faces)]
-    return Surface(np.concatenate([used, cloud.points]), cloud.mesh.vertices, cloud.mesh.faces, 0.0)
+    return WorldSurface(np.concatenate([used, cloud.points]), cloud.mesh.vertices, cloud.mesh.faces, 0.0)
 
 
 def squares_about(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +118,7 @@ def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))
 
 
-def rise_over(upper: Surface, lower: Surface) -> float:
+def rise_over(upper: WorldSurface, lower: WorldSurface) -> float:
     """Return how far a surface has to rise, metres, so that no place of it is below one of the other.
 
     Below 0 where it may come down; minus infinity where the one is not over the other.
@@ -131,7 +131,7 @@ def rise_over(upper: Surface, lower: Surface) -> float:
     return rise if rise == -np.inf else edges_over(upper, lower, float(rise))
 
 
-def edges_over(upper: Surface, lower: Surface, rise: float) -> float:
+def edges_over(upper: WorldSurface, lower: WorldSurface, rise: float) -> float:
     """Return how far a surface has to rise so that its edges pass over the other's, too, at least as far as given.
 
     From each edge of the lower surface a curtain hangs to the ground; an edge of the upper one that meets a curtain is

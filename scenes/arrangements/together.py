@@ -31,8 +31,8 @@ from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.settling.settling import DENSE, drop_settings, no_drops, too_fine
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator, make_simulator
 
-from .falls import Falls, drop_on, surroundings, within_boxes
-from .levels import Level, crossing, layer_of, level_of
+from .falls import ArrangedDrops, drop_on, surroundings, within_boxes
+from .levels import ArrangedLevel, crossing, layer_of, level_of
 from .placing import ArrangedObject, Placement, along_heading
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
 
@@ -65,7 +65,7 @@ def drops_for(
     return own_drops(falls, objects, number)
 
 
-def own_drops(falls: Falls, objects: Sequence[ArrangedObject], number: int) -> Drops:
+def own_drops(falls: ArrangedDrops, objects: Sequence[ArrangedObject], number: int) -> Drops:
     """Return all drops over an object in its own frame."""
     asked, kept = objects[number], falls.by(number)
     around = np.concatenate([asked.to_own(item.cloud.thinned(DENSE * falls.radius)) for item in objects])
@@ -101,7 +101,7 @@ class ArrangedResult:
     placed: ArrangedObject
     stands_on: tuple[str, ...]  # names of others, or the ground
     carries: np.ndarray  # (S, 3) spheres of the common drop that it carries, metres, the world's frame
-    level: Level | None  # None where nothing rests on it
+    level: ArrangedLevel | None  # None where nothing rests on it
     alone: dict[str, Membership]
     together: dict[str, Membership]
 
@@ -210,7 +210,7 @@ def classify_one(
     placed: Sequence[ArrangedObject],
     number: int,
     feet: Feet,
-    falls: Falls,
+    falls: ArrangedDrops,
     model: FunctionModel,
     settings: TogetherSettings,
 ) -> ArrangedResult:

@@ -6,7 +6,7 @@ import numpy as np
 
 from .levels import Cavity
 from .specimen import Specimen, circle, laid, level_direction, loft, needs, upside_down
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 HOLE = 0.7  # of the cavity's radius at its floor
 STEM = 0.3  # of the cup's height: a bowl that begins higher stands on a stem, which a hole would cut off
@@ -15,7 +15,7 @@ HANDLE_ANGLES = 72  # directions from which the one farthest from a handle is ch
 
 
 @needs("cavity", useless=True)
-def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface | None:
+def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface | None:
     """Take away what lies under the middle of the cavity, down to the ground."""
     surface = specimen.surface
     if cup.floor > STEM * surface.size[2]:
@@ -27,7 +27,7 @@ def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) ->
 
 
 @needs("cavity", useless=True)
-def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Cut the wall open from the brim to the floor, on the side away from a handle."""
     surface = specimen.surface
     along, across = along_and_across(surface, cup, rng)
@@ -37,13 +37,13 @@ def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> S
     return surface.without(inside & beyond)
 
 
-def along_and_across(surface: Surface, cup: Cavity, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def along_and_across(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return where pieces are, (P,) and (P,) metres, along a direction away from a handle and across it."""
     places, out = surface.centres[:, :2] - cup.axis, level_direction(away_from_handle(surface, cup, rng))
     return places @ out, places @ [-out[1], out[0]]
 
 
-def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) -> float:
+def away_from_handle(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> float:
     """Return a direction, radians about z, in which a cup reaches hardly farther from its axis than in any other."""
     places = surface.centres[:, :2] - cup.axis
     every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
@@ -53,29 +53,29 @@ def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) ->
 
 
 @needs("cavity", triangles=True)
-def lid_on_top(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def lid_on_top(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Close the cup with a disc that reaches over its brim."""
     surface = specimen.surface
     radius = 1.03 * cup.reach
     foot = surface.centres[cup.distances(surface.centres) < radius, 2].max()
     rings = [circle(cup.axis, radius, height) for height in (foot, foot + 0.03 * surface.size[2])]
-    return surface.joined(Surface(loft(rings)))
+    return surface.joined(ObjectSurface(loft(rings)))
 
 
 @needs("cavity", triangles=True, useless=True)
-def filled_to_brim(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def filled_to_brim(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Fill the cavity from its floor to its brim with something solid."""
     rings = [circle(cup.axis, radius, height) for height, radius in zip(cup.heights, cup.radii, strict=True)]
-    return specimen.surface.joined(Surface(loft(rings)))
+    return specimen.surface.joined(ObjectSurface(loft(rings)))
 
 
 @needs("cavity", useless=True)
-def cup_upside_down(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def cup_upside_down(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Turn the cup over; one whose foot is as hollow as its bowl is left out."""
     return upside_down(specimen.surface, rng)
 
 
 @needs("cavity", useless=True)
-def cup_on_side(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def cup_on_side(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Lay the cup on its side, any side."""
     return laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))

@@ -24,14 +24,14 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from .impairments import IMPAIRMENTS
 from .specimen import FUNCTIONS, Impairment, Specimen
 from .specimen import NONE as NOTHING
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group", "source", "license")
 Failed = Callable[[InputError], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Copy:
+class CopyRow:
     """One copy in a folder."""
 
     item: DatasetObject  # with the function that it has now
@@ -41,7 +41,7 @@ class Copy:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Copies:
+class CopyFolder:
     """What was made of a data set."""
 
     manifest: Path
@@ -59,7 +59,7 @@ def impair_dataset(
     units: str = "m",
     jobs: int = 1,
     failed: Failed,
-) -> Copies:
+) -> CopyFolder:
     """Write impaired copies of a data set's functional objects, and ``manifest.csv`` at the end.
 
     Parameters
@@ -90,7 +90,7 @@ def impair_dataset(
     left_out = sum((missing for _, missing in done), Counter())
     made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
     manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
-    return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
+    return CopyFolder(manifest=manifest, made=dict(made), left_out=dict(left_out))
 
 
 def write_copies(
@@ -143,7 +143,7 @@ def kind_of(item: DatasetObject) -> str:
 
 def changed_copies(
     specimen: Specimen, name: str, seed: int, impairments: Iterable[Impairment]
-) -> Iterator[tuple[Impairment, Surface | None]]:
+) -> Iterator[tuple[Impairment, ObjectSurface | None]]:
     """Yield each kind for an object's function, with the copy or None where it cannot be made."""
     for impairment in impairments:
         if specimen.function in impairment.functions:
@@ -161,7 +161,7 @@ def manifest_row(file: str, of: str, item: DatasetObject, impairment: Impairment
     return file, label, of, kind, works, also, *about, (kind_of(item), kind)
 
 
-def copy_ply(surface: Surface) -> bytes:
+def copy_ply(surface: ObjectSurface) -> bytes:
     """Return a surface as a binary PLY file, a mesh or a cloud."""
     vertices, faces = surface.mesh()
     vertices = vertices.astype(np.float32)
@@ -171,7 +171,7 @@ def copy_ply(surface: Surface) -> bytes:
     return item.export(file_type="ply", encoding="binary")
 
 
-def read_copies(folder: Path) -> list[Copy]:
+def read_copies(folder: Path) -> list[CopyRow]:
     """Return the copies in a folder, in the order of its manifest.
 
     Raises
@@ -181,6 +181,6 @@ def read_copies(folder: Path) -> list[Copy]:
     """
     objects, rows = open_dataset(folder).objects, csv_table(folder / "manifest.csv", "of", "kind", "works")
     return [
-        Copy(item=item, of=row["of"], kind=row["kind"], works=row["works"] == "1")
+        CopyRow(item=item, of=row["of"], kind=row["kind"], works=row["works"] == "1")
         for item, row in zip(objects, rows, strict=True)
     ]

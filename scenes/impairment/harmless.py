@@ -7,9 +7,9 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.settling.settling import falls_over
 
-from .levels import Cavity, Level
+from .levels import Cavity, LevelPart
 from .specimen import Specimen, box, needs, turn, turned
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis
 FRAME = 640 * 480  # points that it gives at most, as a depth camera's picture
@@ -23,27 +23,27 @@ LEG = 0.05  # metres, the side of a new leg
 FEET = 0.4  # of the level's area at most, at a third of its height: more is a body, no legs
 
 
-def whole(specimen: Specimen, rng: np.random.Generator) -> Surface:
+def whole(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
     """Change nothing."""
     return specimen.surface
 
 
-def smaller(specimen: Specimen, rng: np.random.Generator) -> Surface:
+def smaller(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
     """Make it a tenth smaller."""
     return specimen.surface.mapped(lambda points: 0.9 * points)
 
 
-def larger(specimen: Specimen, rng: np.random.Generator) -> Surface:
+def larger(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
     """Make it a tenth larger."""
     return specimen.surface.mapped(lambda points: 1.1 * points)
 
 
-def heading(specimen: Specimen, rng: np.random.Generator) -> Surface:
+def heading(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
     """Turn it about the vertical by any angle."""
     return turned(specimen.surface, turn(np.array([0.0, 0, 1]), rng.uniform(0, 2 * np.pi)))
 
 
-def sensor(specimen: Specimen, rng: np.random.Generator) -> Surface:
+def sensor(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
     """Keep points of its surface as a sensor would, with noise and a few holes."""
     points = specimen.cloud.points
     points = points if len(points) <= FRAME else rng.choice(points, FRAME, replace=False)
@@ -51,10 +51,10 @@ def sensor(specimen: Specimen, rng: np.random.Generator) -> Surface:
     for place in points[rng.choice(len(points), HOLES)]:
         left = np.linalg.norm(points - place, axis=1) > radius
         points = points[left] if left.sum() > len(points) / 2 else points
-    return Surface(points=points + rng.normal(0, NOISE, points.shape)).standing()
+    return ObjectSurface(points=points + rng.normal(0, NOISE, points.shape)).standing()
 
 
-def triangulation(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+def triangulation(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface | None:
     """Cut every triangle at a place within it in three, and shuffle them."""
     surface = specimen.surface
     if surface.is_cloud:
@@ -63,11 +63,11 @@ def triangulation(specimen: Specimen, rng: np.random.Generator) -> Surface | Non
     middle = (weights[:, :, None] * surface.triangles).sum(axis=1)
     a, b, c = np.moveaxis(surface.triangles, 1, 0)
     parts = np.concatenate([np.stack(corners, axis=1) for corners in ((a, b, middle), (b, c, middle), (c, a, middle))])
-    return Surface(rng.permutation(parts))
+    return ObjectSurface(rng.permutation(parts))
 
 
 @needs("cavity")
-def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface | None:
+def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface | None:
     """Take a cup's handle off; what reaches out on one side only is one."""
     surface = specimen.surface
     away = surface.centres[:, :2] - cup.axis
@@ -86,7 +86,7 @@ def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) ->
 
 
 @needs("level")
-def without_arms(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
+def without_arms(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Take the arms of a chair off: what rises from both sides of the seat, and is not its back."""
     back, surface = specimen.back, specimen.surface
     if back is None:
@@ -104,7 +104,7 @@ def without_arms(specimen: Specimen, seat: Level, rng: np.random.Generator) -> S
 
 
 @needs("level", triangles=True)
-def other_legs(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
+def other_legs(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Put a seat or a table top on other legs: four posts, two panels, or a column on a plate, if it stands on them."""
     surface = specimen.surface
     third = np.abs(surface.centres[:, 2] - level.height / 3) < level.height / 20
@@ -118,7 +118,7 @@ def other_legs(specimen: Specimen, level: Level, rng: np.random.Generator) -> Su
     square = level.cells[level.grid.cells_of(corners)].all()
     make = (posts, panels, column)[rng.integers(3)] if square else column  # below a round top, nothing at corners
     legs = make(low, high, level.height - 0.02)
-    changed = spared.joined(Surface(np.concatenate(legs)))
+    changed = spared.joined(ObjectSurface(np.concatenate(legs)))
     stands = not falls_over(cloud_from_mesh(*changed.standing().mesh(), "on other legs"))
     return changed if stands and level.is_left_in(changed) else None
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 BAND = 0.06  # metres of height that count as one level: cushions are not flat
 SHARE = 0.12  # of the footprint's box, at least: less is no seat and no top
@@ -21,7 +21,7 @@ Where = Callable[[np.ndarray], np.ndarray]  # of places (N, 2), which are meant
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class GroundGrid:
     """Square cells over the ground."""
 
     low: np.ndarray  # (2,) metres
@@ -44,19 +44,19 @@ class Grid:
         return tops
 
 
-def grid_over(surface: Surface) -> Grid:
+def grid_over(surface: ObjectSurface) -> GroundGrid:
     """Return the cells that a surface covers, and a margin of two."""
     low, high = surface.bounds[:, :2]
     low = low - 2 * surface.cell
     shape = np.ceil((high - low) / surface.cell).astype(int) + 3
-    return Grid(low, surface.cell, tuple(shape.tolist()))
+    return GroundGrid(low, surface.cell, tuple(shape.tolist()))
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class LevelPart:
     """A level part of a surface, open to the sky."""
 
-    grid: Grid
+    grid: GroundGrid
     cells: np.ndarray  # (X, Y) bool, where it is, its rounded edges and lower ledges with it
     flat: np.ndarray  # (X, Y) bool, where it is level
     height: float  # metres
@@ -77,14 +77,14 @@ class Level:
         """Return which points (N, 3) lie over or under it, and a cell around."""
         return ndimage.binary_dilation(self.cells)[self.grid.cells_of(points)]
 
-    def is_left_in(self, surface: Surface) -> bool:
+    def is_left_in(self, surface: ObjectSurface) -> bool:
         """Return whether a changed surface has a level as high and half as large as this one."""
         lowest, highest = np.array(ALIKE) * self.height
         other = find_level(surface, lowest, highest)
         return other is not None and other.area >= ENOUGH * self.area
 
 
-def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
+def find_level(surface: ObjectSurface, lowest: float, highest: float) -> LevelPart | None:
     """Return the largest level between two heights, metres; None where there is none worth the name."""
     grid = grid_over(surface)
     tops = grid.tops(surface.centres)
@@ -99,10 +99,10 @@ def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
     height = float(np.median(tops[flat]))
     parts, _ = ndimage.label((tops >= DEEPEST * height) & (tops <= start + BAND), structure=np.ones((3, 3)))
     cells = np.isin(parts, np.unique(parts[flat])) & (parts > 0)
-    return Level(grid, cells, flat, height, float(start + BAND))
+    return LevelPart(grid, cells, flat, height, float(start + BAND))
 
 
-def cut_away(surface: Surface, level: Level, where: Where | None = None) -> Surface | None:
+def cut_away(surface: ObjectSurface, level: LevelPart, where: Where | None = None) -> ObjectSurface | None:
     """Return a surface without a level and what lies close below it, None where something always remains.
 
     What stands deeper than about a third of the height stays: legs, shelves, the floor of a chest.
@@ -134,7 +134,7 @@ WIDE = 0.05  # of the footprint's box, at least
 class Cavity:
     """Where water stands in a cup."""
 
-    grid: Grid
+    grid: GroundGrid
     axis: np.ndarray  # (2,) its middle, metres
     heights: np.ndarray  # (L,) metres, where water stands, ascending
     areas: np.ndarray  # (L,) square metres of water at each
@@ -160,13 +160,13 @@ class Cavity:
         """Return how far points (N, 3) are from the axis, (N,) metres."""
         return np.linalg.norm(points[:, :2] - self.axis, axis=1)
 
-    def is_left_in(self, surface: Surface) -> bool:
+    def is_left_in(self, surface: ObjectSurface) -> bool:
         """Return whether a changed surface holds a third of the water that this one holds."""
         other = find_cavity(surface)
         return other is not None and other.volume > self.volume / 3
 
 
-def find_cavity(surface: Surface) -> Cavity | None:
+def find_cavity(surface: ObjectSurface) -> Cavity | None:
     """Return the cavity of a surface; None where it is shallow, narrow, or water runs out below."""
     grid = grid_over(surface)
     tops = grid.tops(surface.centres)

@@ -15,9 +15,9 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from .cups import along_and_across
-from .levels import Cavity, Level
+from .levels import Cavity, LevelPart
 from .specimen import Impairment, Specimen, kinds, level_direction, needs
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn
 FEWEST = 3  # legs
@@ -28,7 +28,7 @@ ASKEW_DEG = (5.0, 10.0)
 
 
 @needs("level", triangles=True)
-def leg_sawn_off(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
+def leg_sawn_off(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Saw one leg off, as high as legs are apart from each other, and one without which it has less to stand on.
 
     A sofa that has lost one of eight feet, or a desk that stands on panels besides, is as sound as before.
@@ -69,7 +69,7 @@ def within_outline(places: np.ndarray, feet: np.ndarray) -> np.ndarray:
 
 
 @needs("level", triangles=True)
-def legs_cut_askew(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
+def legs_cut_askew(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Cut off all that lies below a plane that slopes by a few degrees and spares one side."""
     surface = specimen.surface
     slope, toward = np.radians(rng.uniform(*ASKEW_DEG)), level_direction(rng.uniform(0, 2 * np.pi))
@@ -78,13 +78,15 @@ def legs_cut_askew(specimen: Specimen, level: Level, rng: np.random.Generator) -
     spared = feet[(feet[:, :2] @ toward).argmin()]
     vertices, faces = surface.mesh()
     vertices, faces, _ = trimesh.intersections.slice_faces_plane(vertices, faces, normal, spared + [0, 0, 1e-6])
-    return Surface(vertices[faces]) if len(faces) else None
+    return ObjectSurface(vertices[faces]) if len(faces) else None
 
 
 SAWN = kinds(("sittable", "table"), False, leg_sawn_off=leg_sawn_off, legs_cut_askew=legs_cut_askew)
 
 
-def copies_of(specimen: Specimen, name: str, seed: int, some: Iterable[Impairment]) -> list[tuple[Impairment, Surface]]:
+def copies_of(
+    specimen: Specimen, name: str, seed: int, some: Iterable[Impairment]
+) -> list[tuple[Impairment, ObjectSurface]]:
     """Return the copies of some kinds that can be made of an object, each with its kind."""
     made = [(kind, kind.applied(specimen, name, seed)) for kind in some if specimen.function in kind.functions]
     return [(kind, surface) for kind, surface in made if surface is not None]
@@ -96,7 +98,7 @@ WIDE = 1.5  # such radii, the hole's radius: a sphere passes with room to spare
 
 
 @needs("cavity", triangles=True)
-def hole_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator, height: float) -> Surface | None:
+def hole_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator, height: float) -> ObjectSurface | None:
     """Cut a round hole into a vessel's wall, level and away from a handle, at a share of its depth."""
     surface = specimen.surface
     middle = cup.floor + height * (cup.brim - cup.floor)

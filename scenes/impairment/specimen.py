@@ -12,8 +12,8 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 
-from .levels import Cavity, Level, find_cavity, find_level
-from .surfaces import Surface, surface_of
+from .levels import Cavity, LevelPart, find_cavity, find_level
+from .surfaces import ObjectSurface, surface_of
 
 HEIGHTS = {"sittable": (0.15, 0.95), "table": (0.2, 1.3)}  # metres: of seats, of table tops
 
@@ -26,12 +26,12 @@ class Specimen:
     function: str
 
     @cached_property
-    def surface(self) -> Surface:
+    def surface(self) -> ObjectSurface:
         """The object's triangles, or its points."""
         return surface_of(self.cloud)
 
     @cached_property
-    def level(self) -> Level | None:
+    def level(self) -> LevelPart | None:
         """The seat or the table top, where one is found."""
         return find_level(self.surface, *HEIGHTS[self.function]) if self.function in HEIGHTS else None
 
@@ -59,7 +59,7 @@ class Specimen:
 
 FUNCTIONS = ("cup", "sittable", "table")
 NONE = "none"  # of what has none of them
-Change = Callable[[Specimen, np.random.Generator], Surface | None]
+Change = Callable[[Specimen, np.random.Generator], ObjectSurface | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ class Impairment:
     works: bool  # whether what is changed still serves
     change: Change  # returns None where it cannot be made of an object
 
-    def applied(self, specimen: Specimen, name: str, seed: int) -> Surface | None:
+    def applied(self, specimen: Specimen, name: str, seed: int) -> ObjectSurface | None:
         """Return a changed copy, standing on the ground, or None; the same seed gives the same bits.
 
         The random stream is the object's and the kind's own, so that one more of either leaves all others alone.
@@ -93,11 +93,11 @@ def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Calla
     to be ``useless`` has a part left that serves.
     """
 
-    def of_part(change: Callable[..., Surface | None]) -> Change:
+    def of_part(change: Callable[..., ObjectSurface | None]) -> Change:
         """Return a change of a specimen alone."""
 
         @wraps(change)
-        def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> Surface | None:
+        def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> ObjectSurface | None:
             """Return what the change makes of the part, None where there is no such part."""
             own = getattr(specimen, part)
             if own is None or (triangles and specimen.surface.is_cloud):
@@ -163,17 +163,17 @@ def turn(axis: np.ndarray, angle: float) -> np.ndarray:
     return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
 
 
-def turned(surface: Surface, rotation: np.ndarray) -> Surface:
+def turned(surface: ObjectSurface, rotation: np.ndarray) -> ObjectSurface:
     """Return a surface rotated (3, 3), and standing on the ground again."""
     return surface.mapped(lambda points: points @ rotation.T).standing()
 
 
-def upside_down(surface: Surface, rng: np.random.Generator) -> Surface:
+def upside_down(surface: ObjectSurface, rng: np.random.Generator) -> ObjectSurface:
     """Return a surface turned over, about x or about y."""
     return turned(surface, turn(np.eye(3)[rng.integers(2)], np.pi))
 
 
-def laid(surface: Surface, toward: np.ndarray) -> Surface:
+def laid(surface: ObjectSurface, toward: np.ndarray) -> ObjectSurface:
     """Return a surface laid on the side that a level unit vector (2,) points to."""
     return turned(surface, turn(np.array([-toward[1], toward[0], 0.0]), np.pi / 2))
 

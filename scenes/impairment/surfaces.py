@@ -21,7 +21,7 @@ SPACINGS = 2.5  # of a cloud's points to a cell, so that few cells of a surface 
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class ObjectSurface:
     """An object in metres, z up: triangles, or points where there are none."""
 
     triangles: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))  # (T, 3, 3)
@@ -72,30 +72,30 @@ class Surface:
         """The centre of each piece (P, 3), or the points."""
         return self.points if self.is_cloud else self.pieces.mean(axis=1)
 
-    def without(self, gone: np.ndarray) -> Surface:
+    def without(self, gone: np.ndarray) -> ObjectSurface:
         """Return the surface without some of its pieces, (P,) bool; triangles of which none goes stay whole."""
         if self.is_cloud:
-            return Surface(points=self.points[~gone])
+            return ObjectSurface(points=self.points[~gone])
         touched = np.zeros(len(self.triangles), bool)
         touched[self.owners[gone]] = True
-        return Surface(np.concatenate([self.triangles[~touched], self.pieces[touched[self.owners] & ~gone]]))
+        return ObjectSurface(np.concatenate([self.triangles[~touched], self.pieces[touched[self.owners] & ~gone]]))
 
-    def only(self, kept: np.ndarray) -> Surface:
+    def only(self, kept: np.ndarray) -> ObjectSurface:
         """Return some of the pieces alone, (P,) bool."""
-        return Surface(points=self.points[kept]) if self.is_cloud else Surface(self.pieces[kept])
+        return ObjectSurface(points=self.points[kept]) if self.is_cloud else ObjectSurface(self.pieces[kept])
 
-    def joined(self, other: Surface) -> Surface:
+    def joined(self, other: ObjectSurface) -> ObjectSurface:
         """Return both surfaces as one."""
         if self.is_cloud:
-            return Surface(points=np.concatenate([self.points, other.points]))
-        return Surface(np.concatenate([self.triangles, other.triangles]))
+            return ObjectSurface(points=np.concatenate([self.points, other.points]))
+        return ObjectSurface(np.concatenate([self.triangles, other.triangles]))
 
-    def mapped(self, change: Callable[[np.ndarray], np.ndarray]) -> Surface:
+    def mapped(self, change: Callable[[np.ndarray], np.ndarray]) -> ObjectSurface:
         """Return the surface with a function of points (N, 3) applied to each corner."""
         moved = change(self.vertices)
-        return Surface(points=moved) if self.is_cloud else Surface(moved.reshape(-1, 3, 3))
+        return ObjectSurface(points=moved) if self.is_cloud else ObjectSurface(moved.reshape(-1, 3, 3))
 
-    def standing(self) -> Surface:
+    def standing(self) -> ObjectSurface:
         """Return it moved to the ground, its bounding box centred on the z axis."""
         return self.mapped(placed)
 
@@ -106,11 +106,11 @@ class Surface:
         return merge_vertices(self.vertices, np.arange(len(self.vertices)).reshape(-1, 3))
 
 
-def surface_of(cloud: Cloud) -> Surface:
+def surface_of(cloud: Cloud) -> ObjectSurface:
     """Return the surface of a cloud's mesh, or of its points where it has none."""
     if cloud.mesh is None:
-        return Surface(points=cloud.points)
-    return Surface(cloud.mesh.vertices[cloud.mesh.faces])
+        return ObjectSurface(points=cloud.points)
+    return ObjectSurface(cloud.mesh.vertices[cloud.mesh.faces])
 
 
 def halved(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,20 +6,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .levels import Level, cut_away
+from .levels import LevelPart, cut_away
 from .specimen import Specimen, box, laid, level_direction, needs, spike, upside_down
-from .surfaces import Surface
+from .surfaces import ObjectSurface
 
 TILT_DEG = 35.0  # far beyond what anything stays on
 
 
 @needs("level", useless=True)
-def missing(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
+def missing(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Take away the seat or top with all that lies close below it."""
     return cut_away(specimen.surface, level)
 
 
-def tilted(surface: Surface, level: Level, downhill: np.ndarray, degrees: float = TILT_DEG) -> Surface | None:
+def tilted(
+    surface: ObjectSurface, level: LevelPart, downhill: np.ndarray, degrees: float = TILT_DEG
+) -> ObjectSurface | None:
     """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
     rest = cut_away(surface, level)
     if rest is None:
@@ -38,7 +40,7 @@ def tilted(surface: Surface, level: Level, downhill: np.ndarray, degrees: float 
 
 
 @needs("level", useless=True)
-def turned_over(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
+def turned_over(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Turn furniture over; a block that is then as high and level as before is left out."""
     return upside_down(specimen.surface, rng)
 
@@ -49,7 +51,7 @@ TALL = (0.1, 0.2)  # metres
 
 
 @needs("level")
-def half_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def half_top(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Take away half of the top, across its longer side."""
     axis, side = int((top.box[1] - top.box[0]).argmax()), rng.choice([-1, 1])
     middle = top.box.mean(axis=0)
@@ -57,20 +59,22 @@ def half_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surfac
 
 
 @needs("level", useless=True)
-def tilted_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def tilted_top(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Let the top slope across its shorter side, one way or the other."""
     axis = int((top.box[1] - top.box[0]).argmin())
     return tilted(specimen.surface, top, rng.choice([-1, 1]) * np.eye(2)[axis])
 
 
 @needs("level", triangles=True)
-def spikes_on_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def spikes_on_top(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Cover the top with pyramids of different heights, side by side."""
     pitch = max(SPIKE, (top.box[1] - top.box[0]).max() / SPIKES)
     return spiked(specimen.surface, top, pitch, lambda count: rng.uniform(*TALL, count))
 
 
-def spiked(surface: Surface, level: Level, pitch: float, draw: Callable[[int], np.ndarray]) -> Surface | None:
+def spiked(
+    surface: ObjectSurface, level: LevelPart, pitch: float, draw: Callable[[int], np.ndarray]
+) -> ObjectSurface | None:
     """Return a surface whose level is covered with pyramids a pitch apart, as high as is drawn for so many, metres."""
     low, high = level.box
     xs, ys = (np.arange(start + pitch / 2, end + pitch / 4, pitch) for start, end in zip(low, high, strict=True))
@@ -80,7 +84,7 @@ def spiked(surface: Surface, level: Level, pitch: float, draw: Callable[[int], n
         return None
     tips = level.height + draw(len(feet))
     spikes = [spike(foot, pitch, level.height - 0.01, tip) for foot, tip in zip(feet, tips, strict=True)]
-    return surface.joined(Surface(np.concatenate(spikes)))
+    return surface.joined(ObjectSurface(np.concatenate(spikes)))
 
 
 GAP = 0.3  # metres, wider than a person's thighs are deep
@@ -90,7 +94,7 @@ BOX = 0.4  # metres, the height of what occupies the seat
 
 
 @needs("level")
-def gaps_in_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
+def gaps_in_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Leave bars of the seat, with gaps between them through which a person falls."""
     low, high = seat.box
     axis = int((high - low).argmax())
@@ -108,23 +112,25 @@ def gaps_in_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> S
 
 
 @needs("level", useless=True)
-def tilted_seat(specimen: Specimen, seat: Level, rng: np.random.Generator, degrees: float = TILT_DEG) -> Surface | None:
+def tilted_seat(
+    specimen: Specimen, seat: LevelPart, rng: np.random.Generator, degrees: float = TILT_DEG
+) -> ObjectSurface | None:
     """Let the seat slope away from the back, or any way where there is no back."""
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
     return tilted(specimen.surface, seat, anywhere if specimen.back is None else -specimen.back, degrees)
 
 
 @needs("level", triangles=True, useless=True)
-def box_on_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def box_on_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Put a box on the seat, as large as the seat."""
     low, high = seat.box
     foot = seat.height - 0.01
     body = box(np.array([*low, foot]), np.array([*high, foot + BOX + rng.uniform(0, 0.1)]))
-    return specimen.surface.joined(Surface(body))
+    return specimen.surface.joined(ObjectSurface(body))
 
 
 @needs("level", useless=True)
-def seat_on_back(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def seat_on_back(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Lay the seat on its back, or on any side where it has none; blocks that serve as well there are left out."""
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
     return laid(specimen.surface, anywhere if specimen.back is None else specimen.back)

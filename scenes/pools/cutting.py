@@ -12,7 +12,7 @@ from .surfaces import Pool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Footprint:
+class GroundSquares:
     """A part of the ground, as squares of `SCAN.cell`."""
 
     corner: np.ndarray  # (2,) int64, square of the mask's first element
@@ -26,20 +26,20 @@ class Footprint:
         inside[known] = self.mask[x[known], y[known]]
         return inside
 
-    def grown(self, distance: float) -> Footprint:
+    def grown(self, distance: float) -> GroundSquares:
         """Return it with all squares within a distance in metres."""
         from scipy.ndimage import distance_transform_edt
 
-        return Footprint(corner=self.corner, mask=distance_transform_edt(~self.mask) * SCAN.cell <= distance)
+        return GroundSquares(corner=self.corner, mask=distance_transform_edt(~self.mask) * SCAN.cell <= distance)
 
-    def shrunk(self, distance: float) -> Footprint:
+    def shrunk(self, distance: float) -> GroundSquares:
         """Return it without the squares within a distance in metres of its edge."""
         from scipy.ndimage import distance_transform_edt
 
-        return Footprint(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
+        return GroundSquares(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
 
 
-def footprint_of(pool: Pool) -> Footprint:
+def footprint_of(pool: Pool) -> GroundSquares:
     """Return the ground below a pool's surface, gaps closed that are no wider than a neck."""
     from scipy.ndimage import binary_fill_holes
 
@@ -47,8 +47,8 @@ def footprint_of(pool: Pool) -> Footprint:
     corner = pool.squares.min(axis=0) - border
     mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
     mask[tuple((pool.squares - corner).T)] = True
-    closed = Footprint(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
-    return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
+    closed = GroundSquares(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
+    return GroundSquares(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
 def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
@@ -74,7 +74,7 @@ def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
     return bare
 
 
-def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:
+def is_back(part: np.ndarray, pool: Pool, middle: GroundSquares, gap: float) -> bool:
     """Return whether what rises (P, 3) around a pool is a back or an arm, and not an object that stands on it."""
     if part[:, 2].min() > pool.height + gap:
         return False

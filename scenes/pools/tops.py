@@ -12,7 +12,7 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN, SEGMENTATION
-from .cutting import Footprint, footprint_of
+from .cutting import GroundSquares, footprint_of
 from .surfaces import Pool
 
 
@@ -102,7 +102,7 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
     return np.vstack([even, bare_places(ground, points[own], pool.height)])
 
 
-def bare_places(ground: Footprint, points: np.ndarray, height: float) -> np.ndarray:
+def bare_places(ground: GroundSquares, points: np.ndarray, height: float) -> np.ndarray:
     """Return places (M, 3) a centimetre apart at a height, where a footprint has none of the points (N, 3)."""
     bare = ground.mask.copy()
     place = np.floor(points[:, :2] / SCAN.cell).astype(np.int64) - ground.corner

@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.places.putting import along_edges
 from spherefunc_bullet.processes.compilation import njit
 
-from ..scans.cells import Near, advance, cells
+from ..scans.cells import NearPoints, advance, cells
 from ..segmentation.clusters import bounding_box
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 
@@ -212,7 +212,7 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
     own = box.to_own(points)
-    seen, added = Near(own, SCAN.cell / 2), [np.empty((0, 3))]
+    seen, added = NearPoints(own, SCAN.cell / 2), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
         apart = ~seen.to(own * sign)
         if apart.mean() <= RECOGNITION.disagrees:

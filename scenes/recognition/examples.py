@@ -23,8 +23,8 @@ from .completion import DEFAULT
 from .judging import RecognitionContext, is_fragment, judged, object_cloud
 from .proposals import CLUSTERS, Proposal, Scene, propose
 from .recognition import Room, scene_object
-from .room import Candidate
-from .surroundings import Surroundings
+from .room import ObjectCandidate
+from .surroundings import ScanSurroundings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +55,7 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
     dense = filled(levelling.to_level(points), settings.leaf_size)
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
-    sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
+    sizes, place = np.bincount(truth[truth >= 0]), ScanSurroundings(points=dense, is_wall=labels == WALL)
     for proposal in propose(scene, simulator, cautious=True):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < POOL.min_points:
@@ -115,7 +115,7 @@ def recognise_as_paper(
         for members in members_of(labels)
     ]
     objects = [
-        scene_object(number, points, Candidate(proposal=one.proposal, functions=one.functions, place=number))
+        scene_object(number, points, ObjectCandidate(proposal=one.proposal, functions=one.functions, place=number))
         for number, one in enumerate(judged(points, proposals, RecognitionContext(model=model, completion=()), watch))
     ]
     return Room(levelling=levelling, labels=labels, objects=objects, proposals=objects, stages=watch.seconds)

@@ -12,13 +12,13 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
 from ..settings import POOL, RECOGNITION, SCAN
-from .room import Inferred, SceneObject
+from .room import InferredObject, SceneObject
 from .surroundings import level_of
 
 SEAT, TABLE = "sittable", "table"  # the functions
 
 
-def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[Inferred]:
+def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[InferredObject]:
     """Return the seats whose backs stand at the edges of tables and are of no object with a function.
 
     Parameters
@@ -40,7 +40,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
             seat = seat_of(back, table)
             if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > RECOGNITION.tucked_depth for other in taken):
                 taken.append(seat)
-                seats.append(Inferred(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
+                seats.append(InferredObject(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
     return seats
 
 

@@ -24,8 +24,8 @@ from ..segmentation.clusters import Box, bounding_box
 from ..settings import RECOGNITION, SEGMENTATION
 from .completion import TOP, complete
 from .proposals import Proposal
-from .room import Bar, Candidate, claiming
-from .surroundings import NAMES, Surroundings
+from .room import ClaimThreshold, ObjectCandidate, claiming
+from .surroundings import NAMES, ScanSurroundings
 
 Memberships = dict[str, Membership]  # by the function's name
 
@@ -39,11 +39,13 @@ class RecognitionContext:
 
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
-    bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
-    surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
+    bars: Mapping[str, ClaimThreshold] | None = (
+        None  # scores above which each kind claims a function; else the model's own
+    )
+    surroundings: ScanSurroundings | None = None  # of the scene, if the model has learnt such
 
 
-class Part(NamedTuple):
+class ScanPart(NamedTuple):
     """A proposal with its points (K, 3) and their box."""
 
     proposal: Proposal
@@ -51,7 +53,7 @@ class Part(NamedTuple):
     box: Box
 
 
-def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarray) -> Surroundings | None:
+def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarray) -> ScanSurroundings | None:
     """Return the surroundings in a scene of points (N, 3), some of walls (N,) bool, for a model that has learnt such.
 
     Raises
@@ -64,12 +66,12 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
         return None
     if scenes.names != NAMES:
         raise InputError("the model has learnt other surroundings than this version reads; train it again")
-    return Surroundings(points=points, is_wall=is_wall)
+    return ScanSurroundings(points=points, is_wall=is_wall)
 
 
 def judged(
     points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch
-) -> list[Candidate]:
+) -> list[ObjectCandidate]:
     """Return what a model says of each proposal.
 
     A fragment has no function, whatever the few spheres on it would look like, so none are dropped there.
@@ -86,22 +88,22 @@ def judged(
     radius = context.model.radius_
     nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        Candidate(
+        ObjectCandidate(
             proposal=part.proposal, functions=next(predictions) if one else nothing, place=place, fragment=not one
         )
         for place, (part, one) in enumerate(zip(parts, whole, strict=True))
     ]
 
 
-def part_of(points: np.ndarray, proposal: Proposal) -> Part:
+def part_of(points: np.ndarray, proposal: Proposal) -> ScanPart:
     """Return a proposal with its own of a scene's points (N, 3), and their box."""
     own = points[proposal.members]
     box = proposal.box or bounding_box(own)
-    return Part(replace(proposal, box=box), own, box)
+    return ScanPart(replace(proposal, box=box), own, box)
 
 
 def classify_parts(
-    parts: Sequence[Part], context: RecognitionContext, watch: Stopwatch | None = None
+    parts: Sequence[ScanPart], context: RecognitionContext, watch: Stopwatch | None = None
 ) -> list[Memberships]:
     """Return what a model says of parts that are no fragments, completed, on which spheres fall."""
     watch = watch or Stopwatch()
@@ -118,7 +120,7 @@ def classify_parts(
 
 
 def classify_dropped(
-    parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext
+    parts: Sequence[ScanPart], settled: Sequence[DropsByRadius], context: RecognitionContext
 ) -> list[Memberships]:
     """Return what a model says of parts of a scene on which spheres have fallen."""
     if context.surroundings is None or not parts:

@@ -28,7 +28,7 @@ from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
 from .partial_places import room_places
 from .recognition import recognise
-from .room import Inferred, Room, SceneObject
+from .room import InferredObject, Room, SceneObject
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
@@ -141,7 +141,7 @@ def as_scan(anything: Anything, units: str = "auto") -> Scan:
     return scan_from_points(points, units=units, report=warn)
 
 
-def inferred_object(item: Inferred, room: Room, find: Callable[[], Sequence[Place]]) -> FoundObject:
+def inferred_object(item: InferredObject, room: Room, find: Callable[[], Sequence[Place]]) -> FoundObject:
     """Return what was not seen, in the frame of the scan."""
     return FoundObject(
         functions=frozenset([item.function]),

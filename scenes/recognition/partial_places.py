@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.water import SPILLED_AT
 from spherefunc_bullet.places.place import FUNCTION, Place, Similarity
 from spherefunc_bullet.places.pouring import ABOVE, pour_places
 from spherefunc_bullet.places.putting import DISC, put_places
-from spherefunc_bullet.places.regions import Surface, rings_of, seat_surface, surface_of
+from spherefunc_bullet.places.regions import HeightMap, rings_of, seat_surface, surface_of
 from spherefunc_bullet.places.shelves import GAP
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
@@ -27,7 +27,7 @@ from ..scans.depth_image import filled
 from ..scans.scan import Scan
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import complete
-from .room import Inferred, Room, SceneObject
+from .room import InferredObject, Room, SceneObject
 from .surroundings import level_of
 
 _NOTE = "seen in part"
@@ -55,7 +55,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
     corner = squares.min(axis=0) - 2
     mask = np.zeros(squares.max(axis=0) - corner + 3, bool)
     mask[tuple((squares - corner).T)] = True
-    surface = Surface(corner * SCAN.cell, SCAN.cell, np.where(mask, height, -np.inf), 0.0)
+    surface = HeightMap(corner * SCAN.cell, SCAN.cell, np.where(mask, height, -np.inf), 0.0)
     mask = surface.blurred(mask, 2)
     if kind == "put":
         mask &= ~covered(surface, around, height)
@@ -77,7 +77,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
     )
 
 
-def covered(surface: Surface, points: np.ndarray, height: float) -> np.ndarray:
+def covered(surface: HeightMap, points: np.ndarray, height: float) -> np.ndarray:
     """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
     over = points[(points[:, 2] > height + POOL.slab) & (points[:, 2] < height + GAP)]
     places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
@@ -145,7 +145,7 @@ def room_places(
     return {owner: [place.moved(back) for place in places] for owner, places in found.items() if places}
 
 
-def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
+def seat_below(seat: InferredObject, room: Room, points: np.ndarray) -> Place:
     """Return the place to sit on a chair of which only the back shows at a table; it faces the table.
 
     It is as high as what was seen of the seat under the table, and as seats are where nothing was.

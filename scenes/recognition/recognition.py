@@ -13,7 +13,7 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
 from ..pools.vessels import surroundings
-from ..scans.cells import Near, cells, crowded
+from ..scans.cells import NearPoints, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
@@ -22,9 +22,9 @@ from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, se
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
-from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
+from .judging import RecognitionContext, ScanPart, classify_parts, is_fragment, judged, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
-from .room import BARS, Candidate, Room, SceneObject, chosen
+from .room import BARS, ObjectCandidate, Room, SceneObject, chosen
 
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 
@@ -73,7 +73,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     sheet = sheet_within(ConvexHull(own[:, :2]), *corners_of(own), 0.0)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
     alone = replace(context, completion=(), surroundings=None)
-    functions = classify_parts([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
+    functions = classify_parts([ScanPart(proposal, sheet, bounding_box(sheet))], alone)[0]
     return SceneObject(
         id=number,
         points=own,
@@ -91,7 +91,7 @@ def compile_kernels():
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
     crowded(few, 0.02)
-    Near(few, 0.02).to(few)
+    NearPoints(few, 0.02).to(few)
     surroundings(few, few)
     euclidean_clusters(few, 0.02)
 
@@ -179,7 +179,7 @@ def recognise_objects(
     return [scene_object(number, points, one) for number, one in enumerate(candidates)]
 
 
-def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> SceneObject:
+def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) -> SceneObject:
     """Return an object of a scene's points (N, 3)."""
     own, support = points[candidate.proposal.members], candidate.proposal.support
     box = candidate.proposal.box or bounding_box(own)
@@ -194,7 +194,7 @@ def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> Scene
     )
 
 
-def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
+def labels_of(objects: Sequence[ObjectCandidate], labels: np.ndarray) -> np.ndarray:
     """Return the object of each point (N,) int32; what was a cluster and is no object any more is left over."""
     numbered = np.where(labels >= 0, LEFT_OVER, labels).astype(np.int32)
     for number, one in enumerate(objects):

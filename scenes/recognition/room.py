@@ -16,7 +16,7 @@ from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bar:
+class ClaimThreshold:
     """The score above which a proposal claims a function."""
 
     usual: float
@@ -31,13 +31,13 @@ class Bar:
 # tenths, but of seats in clusters, where even what is unsure mostly is one. Of tables, pools have parts. Of scores that
 # are probabilities.
 BARS = {
-    CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
-    POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
+    CLUSTERS: ClaimThreshold(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
+    POOLS: ClaimThreshold(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidate:
+class ObjectCandidate:
     """A proposal and what was said of it."""
 
     proposal: Proposal
@@ -55,18 +55,18 @@ class Candidate:
         """Of the function that it has most surely, 0 of none."""
         return max((membership.score for membership in self.functions.values() if membership.member), default=0.0)
 
-    def taking(self, members: np.ndarray) -> Candidate:
+    def taking(self, members: np.ndarray) -> ObjectCandidate:
         """Return it with other points."""
         box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
         return replace(self, proposal=replace(self.proposal, members=members, box=box))
 
 
-def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:
+def claiming(functions: dict[str, Membership], bar: ClaimThreshold) -> dict[str, Membership]:
     """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
     return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
 
 
-def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+def chosen(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
 
     Of claims of the same object the surest stays. What claims nothing is an object if it is a cluster of which claims
@@ -78,7 +78,7 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     least : int
         Points that an object keeps at least.
     """
-    claims: list[Candidate] = []
+    claims: list[ObjectCandidate] = []
     for candidate in sorted((one for one in candidates if one.claimed), key=precedence):
         if not any(is_same(candidate, other) for other in claims):
             claims.append(candidate)
@@ -90,9 +90,9 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     return parted([*claims, *rest], least)
 
 
-def standing(candidates: Sequence[Candidate], claims: Sequence[Candidate]) -> list[Candidate]:
+def standing(candidates: Sequence[ObjectCandidate], claims: Sequence[ObjectCandidate]) -> list[ObjectCandidate]:
     """Return what claims nothing and stands apart on a table, the largest first, where it is the same as no claim."""
-    apart: list[Candidate] = []
+    apart: list[ObjectCandidate] = []
     for one in sorted(candidates, key=lambda one: -len(one.proposal.members)):
         if one.proposal.on_top and not one.claimed and not any(is_same(one, other) for other in claims):
             if not any(shared_points(one.proposal, other.proposal) for other in apart):
@@ -100,7 +100,7 @@ def standing(candidates: Sequence[Candidate], claims: Sequence[Candidate]) -> li
     return apart
 
 
-def precedence(one: Candidate) -> tuple[int, bool, int, int]:
+def precedence(one: ObjectCandidate) -> tuple[int, bool, int, int]:
     """Return what claims of one object are ordered by: nearly equal scores leave it to clusters, and to the larger one.
 
     A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
@@ -109,7 +109,7 @@ def precedence(one: Candidate) -> tuple[int, bool, int, int]:
     return -round(one.score / RECOGNITION.nearly), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
 
-def is_same(one: Candidate, other: Candidate) -> bool:
+def is_same(one: ObjectCandidate, other: ObjectCandidate) -> bool:
     """Return whether two claims are of the same object."""
     shared = shared_points(one.proposal, other.proposal)
     if not shared:
@@ -120,7 +120,7 @@ def is_same(one: Candidate, other: Candidate) -> bool:
     return bool(one.claimed & other.claimed) and shared >= RECOGNITION.within * min(sizes)
 
 
-def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
+def as_cluster(claim: ObjectCandidate, clusters: Sequence[ObjectCandidate]) -> ObjectCandidate:
     """Return a pool's claim with the points of the cluster that it is, if it is one: of it, more was seen."""
     if claim.proposal.by == CLUSTERS:
         return claim
@@ -132,7 +132,7 @@ def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
     return claim
 
 
-def free_share(cluster: Candidate, claims: Sequence[Candidate]) -> float:
+def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> float:
     """Return the share of a cluster's points that no claim holds."""
     own = cluster.proposal.members
     held = np.zeros(len(own), bool)
@@ -141,7 +141,7 @@ def free_share(cluster: Candidate, claims: Sequence[Candidate]) -> float:
     return float(1 - held.mean())
 
 
-def parted(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+def parted(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return candidates with the points that no smaller one holds, those of most points first; too few are none."""
     order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
     last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
@@ -187,7 +187,7 @@ class SceneObject:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Inferred:
+class InferredObject:
     """An object that was not seen, but has its place; see `inferring`."""
 
     function: str
@@ -204,9 +204,9 @@ class Room:
     labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
     objects: list[SceneObject]
     proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
-    inferred: list[Inferred] = field(default_factory=list)  # not seen, and not counted among the objects
+    inferred: list[InferredObject] = field(default_factory=list)  # not seen, and not counted among the objects
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
-    bars: Mapping[str, Bar] | None = None  # by what proposed an object; None: the model's own
+    bars: Mapping[str, ClaimThreshold] | None = None  # by what proposed an object; None: the model's own
 
     @property
     def function_names(self) -> list[str]:

@@ -46,7 +46,7 @@ class Voxels:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Surroundings:
+class ScanSurroundings:
     """A scene, to be asked what surrounds parts of it."""
 
     points: np.ndarray  # (N, 3) float64, metres, level frame; floor and walls too
@@ -88,7 +88,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Level:
+class ProposalLevel:
     """The height that most of a proposal's columns end at, and the ground below it."""
 
     height: float  # metres
@@ -104,7 +104,7 @@ class Level:
         return len(cells(points * [1, 1, 0], self.square).keys) * self.square**2 / max(self.area, self.square**2)
 
 
-def level_of(voxels: np.ndarray, side: float) -> Level:
+def level_of(voxels: np.ndarray, side: float) -> ProposalLevel:
     """Return the level of a proposal's voxels (C, 3) of a side in metres."""
     square = RECOGNITION.square * side
     columns = cells(voxels * [1, 1, 0], square)
@@ -121,7 +121,7 @@ def level_of(voxels: np.ndarray, side: float) -> Level:
     way, far = polar(flat, middle)
     edge = np.zeros(POOL.directions)
     np.maximum.at(edge, way, far)
-    return Level(
+    return ProposalLevel(
         height=height,
         middle=middle,
         edge=np.where(edge > 0, edge, far.mean()) + square / 2,
@@ -132,7 +132,7 @@ def level_of(voxels: np.ndarray, side: float) -> Level:
     )
 
 
-def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
+def own_shape(voxels: np.ndarray, level: ProposalLevel, support: float) -> list[float]:
     """Return how a proposal's own voxels (C, 3) rise above its level and close what is below it.
 
     Directions in which they rise, how one-sided these are, directions closed by sides, and columns with nothing below.
@@ -147,7 +147,7 @@ def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
     return [len(backs) / POOL.directions, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
 
 
-def around_level(others: np.ndarray, level: Level, support: float) -> list[float]:
+def around_level(others: np.ndarray, level: ProposalLevel, support: float) -> list[float]:
     """Return what other voxels (K, 3) of the scene are over a proposal's level and around it, from `carries` on."""
     way, far = polar(others[:, :2], level.middle)
     beyond, above = far - level.edge[way], others[:, 2] - level.height
@@ -185,4 +185,4 @@ def share_of_directions(ways: np.ndarray) -> float:
 
 def alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Return what surrounds an object's points (N, 3) in a box of a size (3,) where there is nothing else, by NAMES."""
-    return Surroundings(points=points, is_wall=np.zeros(len(points), bool)).of(points, size, 0.0)
+    return ScanSurroundings(points=points, is_wall=np.zeros(len(points), bool)).of(points, size, 0.0)

@@ -17,7 +17,7 @@ from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
 from ..recognition.proposals import CLUSTERS, POOLS
-from ..recognition.room import Inferred, Room, SceneObject
+from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
 from .picture import best_azimuth, function_colour, point_colours
 
@@ -160,7 +160,7 @@ def places_json(owner: int | None, places: Used | None) -> dict[str, object]:
     return {} if places is None else {"places": [place.as_json() for place in places.get(owner, [])]}
 
 
-def inferred_json(item: Inferred, room: Room) -> dict[str, object]:
+def inferred_json(item: InferredObject, room: Room) -> dict[str, object]:
     """Return for JSON what was not seen, but has its place."""
     corners = room.levelling.to_scan(item.box.corners)
     return {

@@ -48,7 +48,7 @@ def point_colours(scan: Scan, room: Room, level_points: np.ndarray) -> np.ndarra
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Mark:
+class BoxMark:
     """A box that is drawn, with a text above it, or below if it is thin."""
 
     corners: np.ndarray  # (8, 3) metres, level frame, as `Box.corners` has them
@@ -119,7 +119,7 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     return image.resize(size, Image.Resampling.LANCZOS)
 
 
-def span(points: np.ndarray, marks: Sequence[Mark]) -> tuple[np.ndarray, np.ndarray]:
+def span(points: np.ndarray, marks: Sequence[BoxMark]) -> tuple[np.ndarray, np.ndarray]:
     """Return the two corners (3,) of what a picture shows: all but stray points, and whole boxes.
 
     A table's box reaches down to the floor, whether the scan shows its legs or not.
@@ -156,10 +156,10 @@ def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int
     return image.reshape(height, width, 3)
 
 
-def marks_of(room: Room) -> list[Mark]:
+def marks_of(room: Room) -> list[BoxMark]:
     """Return the boxes of the objects that have a function, each with its name and score."""
     return [
-        Mark(
+        BoxMark(
             corners=item.box.corners,
             colour=function_colour(name, item.functions),
             text=f"{name} {item.functions[name].score:.2f}",
@@ -169,15 +169,15 @@ def marks_of(room: Room) -> list[Mark]:
     ]
 
 
-def inferred_marks(room: Room) -> list[Mark]:
+def inferred_marks(room: Room) -> list[BoxMark]:
     """Return the boxes of what was inferred and not seen, thin and grey."""
     return [
-        Mark(corners=one.box.corners, colour=_GREY, text=f"{one.function}: inferred", thin=True)
+        BoxMark(corners=one.box.corners, colour=_GREY, text=f"{one.function}: inferred", thin=True)
         for one in room.inferred
     ]
 
 
-def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[Mark]):
+def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[BoxMark]):
     """Draw boxes, the first ones below the others, and over all of them the texts, none over another."""
     from PIL import ImageDraw, ImageFont
 

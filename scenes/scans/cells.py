@@ -208,7 +208,7 @@ def count_around(points, keys, start, square, enough):
 
 
 @dataclass(frozen=True, eq=False)
-class Near:
+class NearPoints:
     """Points (N, 3) that others are asked to be near, metres, sorted once by cells as wide as the reach."""
 
     points: np.ndarray

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..segmentation.clusters import bounding_box
 from .furnishing import FLOOR, TABLE, PlacedObject, heading_transform, transformed
-from .occupancy import Contents, Occupancy
+from .occupancy import Occupancy, RoomContents
 
 SEAT = "sittable"
 WIDEST, HIGHEST = 0.75, 1.3  # metres, of a chair
@@ -33,7 +33,7 @@ class Seating:
     outward: np.ndarray  # (2,) unit vector, away from the table
 
 
-def chairs_to_tables(contents: Contents):
+def chairs_to_tables(contents: RoomContents):
     """Push chairs to every table: first the room's own, on which nothing stands, then others of the data set."""
     own = [k for k, item in enumerate(contents.objects) if is_chair(item) and k not in contents.carriers()]
     occupancy = contents.occupancy()
@@ -72,7 +72,7 @@ def seatings_of(table: PlacedObject) -> list[Seating]:
     return places
 
 
-def seat_chair(contents: Contents, occupancy: Occupancy, seating: Seating, own: list[int]) -> bool:
+def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, own: list[int]) -> bool:
     """Push one chair to a place, if there is one and it has room; one of the room's own is then used up."""
     number = own[-1] if own else None
     if number is None:

@@ -11,7 +11,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 
 from .furnishing import FLOOR, GAP, WALL, heading_transform, transformed
 from .grounds import Ground, boards_of, floor_of, top_of
-from .occupancy import Contents
+from .occupancy import RoomContents
 from .surroundings import BED, CARTON, PILE, SHELF, SILL
 
 STRIP = 1.6  # metres by which a room is longer where beds, shelves, cartons or piles stand in it
@@ -28,7 +28,7 @@ CARTON_GAPS = (0.03, 0.22)  # metres
 Dealt = tuple[DatasetObject, Cloud]
 
 
-def fixtures_added(contents: Contents, kinds: frozenset[str]):
+def fixtures_added(contents: RoomContents, kinds: frozenset[str]):
     """Add all of some kinds that stand on the floor or at a wall; what finds no place is left out."""
     if kinds & ON_FLOOR:
         contents.size[0] += STRIP
@@ -55,7 +55,7 @@ def facing_away(outward: Sequence[int]) -> np.ndarray:
     return heading_transform(float(np.arctan2(-outward[0], outward[1])))
 
 
-def stand_at_wall(contents: Contents, floor: Ground, category: str) -> int | None:
+def stand_at_wall(contents: RoomContents, floor: Ground, category: str) -> int | None:
     """Stand an object against a wall that has room for it; return its number, None without such a wall."""
     item, cloud = contents.deal([contents.surroundings[category]])
     for wall in contents.rng.permutation(len(WALLS)):
@@ -68,7 +68,7 @@ def stand_at_wall(contents: Contents, floor: Ground, category: str) -> int | Non
     return None
 
 
-def stand_anywhere(contents: Contents, floor: Ground, dealt: Sequence[Dealt], offsets: np.ndarray):
+def stand_anywhere(contents: RoomContents, floor: Ground, dealt: Sequence[Dealt], offsets: np.ndarray):
     """Stand objects on the floor as a group, each at an offset (K, 2) in metres, turned together."""
     turned = heading_transform(float(contents.rng.uniform(0, 2 * np.pi)))
     shifts = np.column_stack([offsets, np.zeros(len(offsets))]) @ turned[:3, :3].T
@@ -82,7 +82,7 @@ def stand_anywhere(contents: Contents, floor: Ground, dealt: Sequence[Dealt], of
         contents.add(item, cloud, T_room_object, FLOOR)
 
 
-def row_of_cartons(contents: Contents, floor: Ground):
+def row_of_cartons(contents: RoomContents, floor: Ground):
     """Stand cartons in a row with gaps between them, such as spheres fall into."""
     dealt = [contents.deal([contents.surroundings[CARTON]]) for _ in range(int(contents.rng.integers(*CARTONS)))]
     gaps = contents.rng.uniform(*CARTON_GAPS, len(dealt))
@@ -92,7 +92,7 @@ def row_of_cartons(contents: Contents, floor: Ground):
     stand_anywhere(contents, floor, dealt, np.column_stack([along - along.mean(), across]))
 
 
-def fill_shelf(contents: Contents, shelf: int | None):
+def fill_shelf(contents: RoomContents, shelf: int | None):
     """Put small objects on the boards of a shelf, as far as they fit below the next one."""
     if shelf is None:
         return
@@ -109,7 +109,7 @@ def fill_shelf(contents: Contents, shelf: int | None):
                 occupancy.fill(contents.objects[added].points)
 
 
-def window_sills(contents: Contents):
+def window_sills(contents: RoomContents):
     """Hang one sill on a wall where nothing is in its way, with small objects on it."""
     occupancy = contents.occupancy()
     item, cloud = contents.deal([contents.surroundings[SILL]])
@@ -130,7 +130,7 @@ def window_sills(contents: Contents):
             contents.add(*dealt, T_room_object, sill)
 
 
-def hung(contents: Contents, cloud: Cloud) -> np.ndarray:
+def hung(contents: RoomContents, cloud: Cloud) -> np.ndarray:
     """Return where a sill (4, 4) hangs on a wall, at random."""
     outward = np.array(WALLS[int(contents.rng.integers(len(WALLS)))])
     T_room_object = facing_away(outward)

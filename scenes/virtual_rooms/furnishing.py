@@ -83,7 +83,7 @@ def shell_meshes(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
 
 
 @dataclass
-class Deck:
+class ShuffledObjects:
     """Objects of one kind in random order, dealt one by one; when all are dealt, in a new order."""
 
     items: Sequence[DatasetObject]
@@ -98,14 +98,14 @@ class Deck:
 
 
 @dataclass(frozen=True)
-class Stock:
+class FurnitureStock:
     """What rooms are furnished from, by function or none."""
 
     large: dict[str, tuple[DatasetObject, ...]]
     small: dict[str, tuple[DatasetObject, ...]]
 
 
-def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Stock:
+def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> FurnitureStock:
     """Sort the objects of a data set that suit a room by function and size.
 
     Parameters
@@ -131,7 +131,7 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Stock:
     if not any(kinds.values()):
         wanted = f"at least {LOWEST} m high and at most {LARGEST} m long"
         raise InputError(f"{dataset.name}: expected objects {wanted}, found none")
-    return Stock(kinds[False], kinds[True])
+    return FurnitureStock(kinds[False], kinds[True])
 
 
 def extents(item: DatasetObject) -> np.ndarray:
@@ -148,7 +148,7 @@ def furnish(
     *,
     seed: int = 0,
     failed: Callable[[InputError], None],
-    stock: Stock | None = None,
+    stock: FurnitureStock | None = None,
 ) -> Iterator[VirtualRoom]:
     """Yield rooms furnished at random; every object stands in one before any stands in a second.
 
@@ -168,15 +168,15 @@ def furnish(
     """
     stock = take_stock(dataset, failed) if stock is None else stock
     rng = np.random.default_rng(seed)
-    decks = {name: Deck(items, rng) for name, items in sorted(stock.large.items())}
+    decks = {name: ShuffledObjects(items, rng) for name, items in sorted(stock.large.items())}
     tables = [decks.pop(TABLE)] if TABLE in decks else []
-    small = [Deck(stock.small[name], rng) for name in sorted(stock.small)]
+    small = [ShuffledObjects(stock.small[name], rng) for name in sorted(stock.small)]
     for number in range(1, count + 1):
         on_floor = deal_objects(tables, TABLES) + deal_objects(list(decks.values()), ON_FLOOR)
         yield arrange(f"room_{number:02d}", on_floor, deal_objects(small, ON_TOPS), rng)
 
 
-def deal_objects(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
+def deal_objects(decks: Sequence[ShuffledObjects], count: int) -> list[DatasetObject]:
     """Return so many objects, from one deck after the other; none if there are no decks."""
     return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
 

@@ -163,7 +163,7 @@ def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
 def smoothed(depth: np.ndarray, deviation: float) -> np.ndarray:
     """Return depth (H, W) as the filters of stereo cameras leave it, metres: hollows shallower, veils behind edges.
 
-    What would be moved by more than `MAX_EDGE_SHIFT` stays, since these filters spare the edges of what stands far apart.
+    What would be moved by more than `MAX_EDGE_SHIFT` stays, since these filters spare the edges of distant surfaces.
     """
     from scipy.ndimage import gaussian_filter
 

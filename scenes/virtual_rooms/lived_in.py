@@ -16,9 +16,9 @@ from spherefunc_bullet.errors import InputError
 
 from .chairs_at_tables import SEAT, chairs_to_tables
 from .fixtures import fixtures_added
-from .furnishing import FLOOR, SMALL, Deck, PlacedObject, Stock, VirtualRoom, furnish, take_stock
+from .furnishing import FLOOR, SMALL, FurnitureStock, PlacedObject, ShuffledObjects, VirtualRoom, furnish, take_stock
 from .grounds import top_of
-from .occupancy import Contents, Occupancy, decks_by_category
+from .occupancy import Occupancy, RoomContents, decks_by_category
 from .surroundings import CLUTTER
 
 MOVED = 0.6  # of the small objects on a top, that are stacked or pushed together
@@ -31,7 +31,7 @@ SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
 
 
-def small_objects_stacked(contents: Contents):
+def small_objects_stacked(contents: RoomContents):
     """Stack some of the small objects on tops, and push others together."""
     occupancy, moved = contents.occupancy(), set()
     for number in range(len(contents.objects)):
@@ -52,7 +52,7 @@ def is_small(placed: PlacedObject) -> bool:
     return placed.support != FLOOR and placed.cloud.size.max() <= SMALL
 
 
-def neighbours(contents: Contents, number: int) -> list[int]:
+def neighbours(contents: RoomContents, number: int) -> list[int]:
     """Return the small objects on the same top as another."""
     item = contents.objects[number]
     return [
@@ -62,7 +62,7 @@ def neighbours(contents: Contents, number: int) -> list[int]:
     ]
 
 
-def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int) -> bool:
+def stacked(contents: RoomContents, occupancy: Occupancy, number: int, partner: int) -> bool:
     """Put one object on another's top, if it has room there."""
     ground = top_of(contents.objects[partner].points)
     T_room_object = contents.place_on(contents.objects[number].cloud, ground, occupancy)
@@ -71,7 +71,7 @@ def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int)
     return T_room_object is not None
 
 
-def pushed_together(contents: Contents, number: int, partner: int):
+def pushed_together(contents: RoomContents, number: int, partner: int):
     """Slide an object towards another on the same top until it touches that, or whatever is between."""
     from scipy.spatial import cKDTree
 
@@ -96,7 +96,7 @@ def pushed_together(contents: Contents, number: int, partner: int):
         contents.move(number, T_room_object, item.support)
 
 
-def clutter_on_seats(contents: Contents):
+def clutter_on_seats(contents: RoomContents):
     """Leave objects on some of the seats, where nothing is in the way."""
     occupancy = contents.occupancy()
     for number, seat in enumerate(list(contents.objects)):
@@ -183,13 +183,13 @@ def share_of(text: str, part: str) -> float:
     return share
 
 
-def filled(room: VirtualRoom, kinds: frozenset[str], stock: Stock, rng: np.random.Generator) -> VirtualRoom:
+def filled(room: VirtualRoom, kinds: frozenset[str], stock: FurnitureStock, rng: np.random.Generator) -> VirtualRoom:
     """Return a room with all that its kinds bring."""
-    contents = Contents(
+    contents = RoomContents(
         room=room,
         rng=rng,
-        small=[Deck(stock.small[name], rng) for name in sorted(stock.small)],
-        seats=[Deck(stock.large[SEAT], rng)] if SEAT in stock.large else [],
+        small=[ShuffledObjects(stock.small[name], rng) for name in sorted(stock.small)],
+        seats=[ShuffledObjects(stock.large[SEAT], rng)] if SEAT in stock.large else [],
         surroundings=decks_by_category(open_dataset("surroundings"), rng),
     )
     fixtures_added(contents, kinds)

@@ -10,7 +10,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 
-from .furnishing import Deck, PlacedObject, VirtualRoom, heading_transform, transformed
+from .furnishing import PlacedObject, ShuffledObjects, VirtualRoom, heading_transform, transformed
 from .grounds import Ground
 
 SIDE = 0.02  # metres, of a cube; surfaces are sampled every 5 mm, so nothing slips through
@@ -61,14 +61,14 @@ def raised(points: np.ndarray) -> np.ndarray:
 
 
 @dataclass
-class Contents:
+class RoomContents:
     """A room that is being filled."""
 
     room: VirtualRoom
     rng: np.random.Generator
-    small: Sequence[Deck]  # what stands on boards, sills and objects
-    seats: Sequence[Deck]
-    surroundings: dict[str, Deck]  # by category
+    small: Sequence[ShuffledObjects]  # what stands on boards, sills and objects
+    seats: Sequence[ShuffledObjects]
+    surroundings: dict[str, ShuffledObjects]  # by category
     objects: list[PlacedObject] = field(default_factory=list)
     size: np.ndarray = field(default_factory=lambda: np.zeros(3))  # of the room, metres
 
@@ -103,7 +103,7 @@ class Contents:
         T_room_object[:3, 3] = place
         return T_room_object
 
-    def deal(self, decks: Sequence[Deck]) -> tuple[DatasetObject, Cloud] | None:
+    def deal(self, decks: Sequence[ShuffledObjects]) -> tuple[DatasetObject, Cloud] | None:
         """Return the next object of one of the decks, at random, with its cloud; None if there are none."""
         if not decks:
             return None
@@ -115,7 +115,7 @@ class Contents:
         return replace(self.room, size=self.size, objects=tuple(self.objects))
 
 
-def decks_by_category(dataset: Dataset, rng: np.random.Generator) -> dict[str, Deck]:
+def decks_by_category(dataset: Dataset, rng: np.random.Generator) -> dict[str, ShuffledObjects]:
     """Return a deck of each category of a data set."""
     names = sorted({item.category for item in dataset.objects})
-    return {name: Deck([item for item in dataset.objects if item.category == name], rng) for name in names}
+    return {name: ShuffledObjects([item for item in dataset.objects if item.category == name], rng) for name in names}

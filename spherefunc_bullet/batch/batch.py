@@ -20,11 +20,11 @@ from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..settling.dropping import Dropping
 from .folder import RunFolder
-from .ledger import Ledger, Row, RunConfig
-from .task import Task, rows_to_record, settled_rows, valid_row
+from .ledger import Ledger, LedgerRow, RunConfig
+from .task import SimulationTask, rows_to_record, settled_rows, valid_row
 
 LEAST_MEMORY = 256 << 20
-Outcomes = Iterator[tuple[int, list[Row] | InputError]]
+Outcomes = Iterator[tuple[int, list[LedgerRow] | InputError]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class Batch:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class ObjectLimits:
     """What an object may cost."""
 
     seconds: float = math.inf  # all radii together, before its process is stopped
@@ -67,7 +67,7 @@ class Limits:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finished:
+class FinishedObject:
     """What became of one object."""
 
     name: str
@@ -79,10 +79,10 @@ def run_batch(
     batch: Batch,
     *,
     jobs: int = -1,
-    limits: Limits | None = None,
+    limits: ObjectLimits | None = None,
     retry_failed: bool = False,
-    work: Callable[[Sequence[Task]], Outcomes] | None = None,
-) -> Iterator[Finished]:
+    work: Callable[[Sequence[SimulationTask]], Outcomes] | None = None,
+) -> Iterator[FinishedObject]:
     """Simulate every object at every radius that the run does not have yet, and keep every result.
 
     Parameters
@@ -111,7 +111,7 @@ def run_batch(
         ledger.begin_call({"jobs": jobs} | about)
         tasks, finished = left_to_do(batch, ledger, retry_failed)
         yield from finished
-        work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or Limits()))
+        work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or ObjectLimits()))
         for index, outcome in work(tasks):  # a task left out, such as of a lost cluster, keeps waiting
             rows = rows_to_record(tasks[index], outcome, batch.folder)
             ledger.write(rows)
@@ -120,20 +120,20 @@ def run_batch(
         batch.folder.sweep()
 
 
-def here(tasks: Sequence[Task], folder: RunFolder, jobs: int, limits: Limits) -> Outcomes:
+def here(tasks: Sequence[SimulationTask], folder: RunFolder, jobs: int, limits: ObjectLimits) -> Outcomes:
     """Do tasks in worker processes of this machine, always isolated: what happens to one costs that object."""
     arguments = [(task, folder) for task in tasks]
     limited = {"time_limit": limits.seconds, "memory_limit": limits.memory}
     return run_tasks(settled_rows, arguments, [task.path for task in tasks], jobs=jobs, isolate=True, **limited)
 
 
-def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[Task], list[Finished]]:
+def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[SimulationTask], list[FinishedObject]]:
     """Return what the ledger lacks, and the objects of which it has everything."""
     objects = batch.objects
     ways = {ledger.number(batch.way(radius)): radius for radius in batch.dropping.radii}
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
-    standing: dict[str, list[Row]] = {name: [] for name in objects}
+    standing: dict[str, list[LedgerRow]] = {name: [] for name in objects}
     moved = []
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
@@ -146,7 +146,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
             moved += [now] if now != row else []
     ledger.write(moved)
     tasks = [
-        Task(path=objects[name], name=name, radii=radii, dropping=batch.dropping)
+        SimulationTask(path=objects[name], name=name, radii=radii, dropping=batch.dropping)
         for name, radii in missing.items()
         if radii
     ]
@@ -172,7 +172,7 @@ def known_failures(run: Path, dataset: Dataset, dropping: Dropping) -> dict[Path
     return failed
 
 
-def finished_object(name: str, rows: Iterable[Row], skipped: bool = False) -> Finished:
+def finished_object(name: str, rows: Iterable[LedgerRow], skipped: bool = False) -> FinishedObject:
     """Return what became of an object of which all rows are known."""
     errors = tuple(dict.fromkeys(row.error for row in rows if row.error))
-    return Finished(name=name, errors=errors, skipped=skipped)
+    return FinishedObject(name=name, errors=errors, skipped=skipped)

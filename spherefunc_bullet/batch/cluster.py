@@ -21,12 +21,11 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Crashed, InputError, Unexpected, explaining
 from ..formats.sources import as_source
 from ..processes.tasks import finish
-from ..processes.worker import Task as Assignment
-from ..processes.worker import Worker
-from .batch import Limits, Outcomes
+from ..processes.worker import Worker, WorkerTask
+from .batch import ObjectLimits, Outcomes
 from .folder import KIND, FullDisk, RunFolder
-from .ledger import Row
-from .task import Task, settled_rows
+from .ledger import LedgerRow
+from .task import SimulationTask, settled_rows
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -36,14 +35,14 @@ PATIENCE = "15s"  # to find the scheduler
 
 
 @dataclass(frozen=True, kw_only=True)
-class Delivery:
+class TaskResult:
     """What comes back: rows or the reason why there are none, and the files of all radii that were settled."""
 
-    outcome: list[Row] | InputError
+    outcome: list[LedgerRow] | InputError
     settled: dict[str, bytes]  # run -> file
 
 
-def packed(task: Task, shared_path: bool) -> Task:
+def packed(task: SimulationTask, shared_path: bool) -> SimulationTask:
     """Return a task as it is sent: with the content of its files, unless all machines have them at the same path.
 
     Raises
@@ -59,20 +58,20 @@ def packed(task: Task, shared_path: bool) -> Task:
     return replace(task, source=source)
 
 
-def deliver(task: Task, limits: Limits) -> Delivery:
+def deliver(task: SimulationTask, limits: ObjectLimits) -> TaskResult:
     """Do a task in a process of this thread's own; called where the executor's workers are."""
     with TemporaryDirectory(prefix="spherefunc-") as scratch:
         folder = RunFolder(Path(scratch) / "run")
         folder.make()
-        ((_, outcome),) = finish([resident(limits)], iter([Assignment(0, str(task.path), (task, folder))]))
+        ((_, outcome),) = finish([resident(limits)], iter([WorkerTask(0, str(task.path), (task, folder))]))
         if isinstance(outcome, InputError):
             kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that disk is not the run's
             outcome = kind(str(outcome).replace(str(task.path), task.name))
         entries = (folder.partial / KIND).rglob("*.npz")
-        return Delivery(outcome=outcome, settled={entry.stem: entry.read_bytes() for entry in entries})
+        return TaskResult(outcome=outcome, settled={entry.stem: entry.read_bytes() for entry in entries})
 
 
-def resident(limits: Limits) -> Worker:
+def resident(limits: ObjectLimits) -> Worker:
     """Return this thread's worker process, which stays for the next task."""
     workers = _residents.__dict__.setdefault("workers", {})
     if limits not in workers:
@@ -85,8 +84,8 @@ _residents = threading.local()
 
 
 def on_executor(
-    executor: Executor, folder: RunFolder, limits: Limits | None = None, *, shared_path: bool = False
-) -> Callable[[Sequence[Task]], Outcomes]:
+    executor: Executor, folder: RunFolder, limits: ObjectLimits | None = None, *, shared_path: bool = False
+) -> Callable[[Sequence[SimulationTask]], Outcomes]:
     """Return what does a batch's tasks on an executor: the ``work`` of `batch.run_batch`.
 
     Parameters
@@ -98,11 +97,11 @@ def on_executor(
     shared_path : bool
         Whether the workers find the objects' files at the same path; else files are sent.
     """
-    return lambda tasks: outcomes(executor, tasks, folder, limits or Limits(), shared_path)
+    return lambda tasks: outcomes(executor, tasks, folder, limits or ObjectLimits(), shared_path)
 
 
 def outcomes(
-    executor: Executor, tasks: Sequence[Task], folder: RunFolder, limits: Limits, shared_path: bool
+    executor: Executor, tasks: Sequence[SimulationTask], folder: RunFolder, limits: ObjectLimits, shared_path: bool
 ) -> Outcomes:
     """Yield the index and outcome of each task, as they are done."""
     left = iter(enumerate(tasks))
@@ -126,7 +125,7 @@ def outcomes(
             future.cancel()
 
 
-def received(future: Future, task: Task, folder: RunFolder) -> list[Row] | InputError:
+def received(future: Future, task: SimulationTask, folder: RunFolder) -> list[LedgerRow] | InputError:
     """Return the outcome of a task that is done, its files put into the folder."""
     try:
         delivery = future.result()
@@ -168,8 +167,8 @@ def pass_on(remote: Any, local: Future):
 
 @contextmanager
 def on_scheduler(
-    address: str, folder: RunFolder, limits: Limits, *, shared_path: bool = False
-) -> Iterator[Callable[[Sequence[Task]], Outcomes]]:
+    address: str, folder: RunFolder, limits: ObjectLimits, *, shared_path: bool = False
+) -> Iterator[Callable[[Sequence[SimulationTask]], Outcomes]]:
     """Give what does a batch's tasks on a Dask cluster, whose workers may come and go.
 
     Raises

@@ -20,7 +20,7 @@ import numpy as np
 from ..errors import FAILURES, InputError
 from ..formats.files import write_whole, writing
 from ..formats.npz import entry_path, packed, read_entry
-from .ledger import DONE, WAITING, Ledger, Row
+from .ledger import DONE, WAITING, Ledger, LedgerRow
 
 KIND = "settled"
 
@@ -171,7 +171,7 @@ def merge_runs(
 
 def taken_over(
     source: RunFolder, other: Ledger, target: RunFolder, ledger: Ledger, failed: Callable, counts: dict[str, int]
-) -> Iterator[list[Row]]:
+) -> Iterator[list[LedgerRow]]:
     """Yield the rows that the target's ledger is to get, some at a time, once their centres are copied."""
     for number, way in other.ways().items():
         ours = ledger.number(way)
@@ -187,7 +187,9 @@ def taken_over(
         yield rows
 
 
-def joined(row: Row, known: Row | None, source: RunFolder, target: RunFolder, failed: Callable) -> Row | None:
+def joined(
+    row: LedgerRow, known: LedgerRow | None, source: RunFolder, target: RunFolder, failed: Callable
+) -> LedgerRow | None:
     """Return the row that the target gets, None if it has as good a one."""
     if known is not None and rank(known) >= rank(row):
         if known.outcome == row.outcome == DONE and known.digest != row.digest:
@@ -199,12 +201,12 @@ def joined(row: Row, known: Row | None, source: RunFolder, target: RunFolder, fa
     arrays = read_entry(source.entry(row.run))
     if arrays is None or "centers" not in arrays or digest(arrays["centers"]) != row.digest:
         failed(InputError(f"{row.object}: expected its spheres in {source.path}, they are damaged; simulate it again"))
-        return Row(object=row.object, way=row.way)
+        return LedgerRow(object=row.object, way=row.way)
     target.put_bytes(row.run, source.entry(row.run).read_bytes())
     return replace(row, **target.keep(row.run))
 
 
-def rank(row: Row) -> int:
+def rank(row: LedgerRow) -> int:
     """Return how much a row is worth: one that is done the most, one that waits the least."""
     return RANK.get(row.outcome, 1)
 

@@ -61,7 +61,7 @@ class RunConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class LedgerRow:
     """One object simulated in one way, or why it could not be."""
 
     object: str
@@ -81,7 +81,7 @@ class Row:
     finished: float | None = None
 
 
-NAMES = tuple(column.name for column in fields(Row))
+NAMES = tuple(column.name for column in fields(LedgerRow))
 COLUMNS = ", ".join(NAMES)
 VALUES = ", ".join(f":{name}" for name in NAMES)
 
@@ -173,17 +173,17 @@ class Ledger:
             rows = ((name, way) for name in objects for way in ways)
             connection.executemany("INSERT OR IGNORE INTO runs (object, way) VALUES (?, ?)", rows)
 
-    def rows(self, ways: Sequence[int]) -> Iterator[Row]:
+    def rows(self, ways: Sequence[int]) -> Iterator[LedgerRow]:
         """Return the rows of these ways, by object."""
         marks = ", ".join("?" * len(ways))
         for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
-            yield Row(**dict(zip(NAMES, values, strict=True)))
+            yield LedgerRow(**dict(zip(NAMES, values, strict=True)))
 
-    def failures(self, ways: Iterable[RunConfig]) -> list[Row]:
+    def failures(self, ways: Iterable[RunConfig]) -> list[LedgerRow]:
         """Return the rows that failed in one of these ways."""
         return [row for row in self.rows(self.numbers(ways)) if row.outcome not in (WAITING, DONE)]
 
-    def write(self, rows: Iterable[Row]):
+    def write(self, rows: Iterable[LedgerRow]):
         """Write rows in place of those of the same objects and ways, all or none of them."""
         with self.writing() as connection:
             connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))

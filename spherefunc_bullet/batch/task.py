@@ -17,10 +17,12 @@ from ..formats.sources import Source, as_source
 from ..settling.dropping import Dropping
 from ..settling.drops import drops_from_rows
 from .folder import FullDisk, RunFolder, digest, size_and_time
-from .ledger import DONE, WAITING, Row
+from .ledger import DONE, WAITING, LedgerRow
 
 
-def valid_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool) -> Row | None:
+def valid_row(
+    row: LedgerRow, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool
+) -> LedgerRow | None:
     """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
 
     Sizes and times tell; where they differ, as after a copy, the contents do, and the row notes the new ones.
@@ -36,7 +38,7 @@ def valid_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry
     return about and replace(row, source=stamp, **about)
 
 
-def same_content(row: Row, path: Path, dropping: Dropping) -> bool:
+def same_content(row: LedgerRow, path: Path, dropping: Dropping) -> bool:
     """Return whether a file holds what it held when a row was written."""
     try:
         return dropping.content_hash(path) == row.content
@@ -53,7 +55,7 @@ def source_stamp(path: Path) -> str:
     return " ".join(f"{file.st_size} {file.st_mtime_ns}" for file in about)
 
 
-def valid_file_row(row: Row, folder: RunFolder) -> dict[str, int] | None:
+def valid_file_row(row: LedgerRow, folder: RunFolder) -> dict[str, int] | None:
     """Return size and time of the file of a row's centres; what is not that file is thrown away."""
     path = folder.entry(row.run)
     try:
@@ -70,7 +72,7 @@ def valid_file_row(row: Row, folder: RunFolder) -> dict[str, int] | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class SimulationTask:
     """What a worker is to do: one object at the radii that are missing."""
 
     path: Path
@@ -80,7 +82,7 @@ class Task:
     source: Source | None = None  # with its content, of a task that travels
 
 
-def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
+def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
     """Return the rows of one object, simulating what the folder lacks; called in a worker.
 
     Raises
@@ -100,7 +102,9 @@ def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
         raise Unexpected(f"{task.path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
 
 
-def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder) -> Row:
+def settled_row(
+    task: SimulationTask, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder
+) -> LedgerRow:
     """Return the row of one run, from the folder or simulated now."""
     run = task.dropping.run_hash(content, radius)
     arrays = folder.find(run)
@@ -110,9 +114,9 @@ def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callab
     return done_row(task, way, content, run, arrays)
 
 
-def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.ndarray]) -> Row:
+def done_row(task: SimulationTask, way: int, content: str, run: str, arrays: dict[str, np.ndarray]) -> LedgerRow:
     """Return what the ledger says of settled centres."""
-    return Row(
+    return LedgerRow(
         object=task.name,
         way=way,
         outcome=DONE,
@@ -126,7 +130,7 @@ def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.
     )
 
 
-def rows_to_record(task: Task, outcome: list[Row] | InputError, folder: RunFolder) -> list[Row]:
+def rows_to_record(task: SimulationTask, outcome: list[LedgerRow] | InputError, folder: RunFolder) -> list[LedgerRow]:
     """Return a task's rows as they are to be written, once all that they tell of is on the disk for certain."""
     if isinstance(outcome, FullDisk):
         raise outcome
@@ -135,12 +139,12 @@ def rows_to_record(task: Task, outcome: list[Row] | InputError, folder: RunFolde
     return [replace(row, source=stamp, finished=now, **kept(row, folder)) for row in rows]
 
 
-def kept(row: Row, folder: RunFolder) -> dict[str, int]:
+def kept(row: LedgerRow, folder: RunFolder) -> dict[str, int]:
     """Keep the centres of a row, if it has any, and return the size and time of their file."""
     return folder.keep(row.run) if row.outcome == DONE else {}
 
 
-def failed_rows(task: Task, error: InputError, folder: RunFolder) -> list[Row]:
+def failed_rows(task: SimulationTask, error: InputError, folder: RunFolder) -> list[LedgerRow]:
     """Return the rows of an object that failed: done are the radii that it had finished before."""
     try:
         content = task.dropping.content_hash(task.path)
@@ -152,7 +156,7 @@ def failed_rows(task: Task, error: InputError, folder: RunFolder) -> list[Row]:
         arrays = folder.find(run) if run else None
         if arrays is None:
             line = " ".join(str(error).replace(str(task.path), task.name).split())
-            rows.append(Row(object=task.name, way=way, outcome=error.outcome, content=content, error=line))
+            rows.append(LedgerRow(object=task.name, way=way, outcome=error.outcome, content=content, error=line))
         else:
             rows.append(done_row(task, way, content, run, arrays))
     return rows

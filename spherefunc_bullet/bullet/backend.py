@@ -20,7 +20,7 @@ from ..simulator.mechanics import (
     StandSettings,
     carry_radius,
 )
-from ..simulator.proofs import ProofSettings, Use, Verdict
+from ..simulator.proofs import ProofResult, ProofSettings, Use
 from .engine import Physics, engine_version
 
 VERSION = "6"  # of the method: another number, other centres
@@ -143,7 +143,7 @@ class BulletSimulator(Physics):
         seconds = time.perf_counter() - started
         return carry_result(kept, filling, basin, radius, settings, seconds, provenance_of(self, settings, seed))
 
-    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[Verdict]:
+    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
         """Use places of a cloud's object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
         from .proofs import proved
 

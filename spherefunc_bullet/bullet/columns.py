@@ -14,7 +14,7 @@ FINE = 0.5  # side of a cell of points in radii, of which a large sphere has tho
 MAX_CELLS = 4_000_000  # above, cells are larger
 
 
-class Columns:
+class ColumnIndex:
     """Points and settled spheres, by where they lie seen from above.
 
     Parameters

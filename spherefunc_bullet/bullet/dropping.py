@@ -18,7 +18,7 @@ from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
 from ..simulator import DropResult, DropSettings, Outcome, Stop
 from .collision.shape import CollisionShape
-from .columns import Columns
+from .columns import ColumnIndex
 from .engine import Physics
 from .world import World
 
@@ -165,9 +165,9 @@ class DropRun:
     def __init__(self, world: World, shape: CollisionShape, cloud: Cloud, settings: DropSettings, seed: int):
         self.world, self.settings = world, settings
         self.low, self.high = cloud.bounds / settings.radius
-        self.columns = Columns(shape.columns, self.low, self.high)
+        self.columns = ColumnIndex(shape.columns, self.low, self.high)
         points = cloud.points / settings.radius
-        self.points = self.columns if shape.kind == "mesh" else Columns(points, self.low, self.high)
+        self.points = self.columns if shape.kind == "mesh" else ColumnIndex(points, self.low, self.high)
         self.random = np.random.default_rng(seed)
         self.drawn = np.empty((0, 2))  # columns, those before `self.next` are used
         self.next = 0

@@ -15,7 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from ..errors import InputError, explaining
-from ..simulator.mechanics import Amounts, amount
+from ..simulator.mechanics import CheckedSettings, amount
 
 CLONE_FILES = 0x400  # of Linux's sched.h
 CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # of its close_range.h, and where no descriptor is
@@ -118,7 +118,7 @@ def keep_memory():
 
 
 @dataclass(frozen=True, kw_only=True)
-class Physics(Amounts):
+class Physics(CheckedSettings):
     """Material, time step, and what counts as rest: how finely motion is computed.
 
     Everything is in the sphere's own units: lengths in radii, times in sqrt(radius / g), which is the time in which

@@ -25,7 +25,7 @@ FAR = 1e4  # radii: where bodies wait that are not in use
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class BakedSpheres:
     """Settled spheres that were baked at once."""
 
     centers: np.ndarray  # (S, 3)
@@ -49,7 +49,7 @@ class World(Engine):
         self.air: list[int] = []  # bodies that move
         self.twins = self.add_twins()
         self.fresh: list[np.ndarray] = []  # settled centres that are twins
-        self.batches: list[Batch] = []  # the others, larger ones first
+        self.batches: list[BakedSpheres] = []  # the others, larger ones first
 
     def add_object(self, shape: CollisionShape):
         """Put the object into the world.
@@ -168,10 +168,10 @@ class World(Engine):
                     pybullet().removeBody(body, **self.engine)  # its shape stays until the engine is closed
             self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
-    def _batch(self, centers: np.ndarray) -> Batch:
+    def _batch(self, centers: np.ndarray) -> BakedSpheres:
         many = len(centers) >= MANY
         groups = [centers[group] for group in neighbors(centers, BAKED_OF_MANY if many else BAKED)]
-        return Batch(centers, self._files(groups) if many else [self._compound(group) for group in groups])
+        return BakedSpheres(centers, self._files(groups) if many else [self._compound(group) for group in groups])
 
     def _files(self, groups: Sequence[np.ndarray]) -> list[int]:
         bodies = load_spheres(groups, self.scale, self.client)

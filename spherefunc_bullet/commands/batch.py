@@ -15,7 +15,7 @@ from ..errors import InputError
 from . import options
 
 if TYPE_CHECKING:
-    from ..batch.batch import Batch, Limits
+    from ..batch.batch import Batch, ObjectLimits
     from ..batch.folder import RunFolder
     from ..settling.dropping import Dropping
 
@@ -72,16 +72,18 @@ def run(
         return
     if data is None:
         raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
-    from ..batch.batch import Limits
+    from ..batch.batch import ObjectLimits
     from ..formats.units import parse_duration, parse_memory
 
-    limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
+    limits = ObjectLimits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
     batch = batch_of(data, folder, options.dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
 
-def executor_for(scheduler: str | None, shared_path: bool, folder: RunFolder, limits: Limits) -> AbstractContextManager:
+def executor_for(
+    scheduler: str | None, shared_path: bool, folder: RunFolder, limits: ObjectLimits
+) -> AbstractContextManager:
     """Return a context with what does the work, None for this machine."""
     if scheduler is None:
         return nullcontext()

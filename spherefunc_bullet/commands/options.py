@@ -17,7 +17,7 @@ from ..formats.units import format_length, parse_lengths, parse_mass
 if TYPE_CHECKING:
     from ..settling.dropping import Dropping
     from ..simulator import Simulator
-    from ..simulator.mechanics import Matter
+    from ..simulator.mechanics import Material
 
 
 Standing = Annotated[
@@ -102,12 +102,12 @@ def simulator_options(**given: str | int | None) -> dict:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Matter:
+def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Material:
     """Return what an object is made of, as options say it."""
-    from ..simulator.mechanics import Matter
+    from ..simulator.mechanics import Material
 
     kilograms = None if mass is None else parse_mass(mass)
-    return Matter(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)
+    return Material(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)
 
 
 def run_on_files(

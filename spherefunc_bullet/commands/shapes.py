@@ -46,7 +46,7 @@ def shapes(
 ):
     """Say what of an object each collision shape keeps: what it holds, carries and lets through, and at what cost."""
     from ..formats.files import prepare_folder
-    from ..shapes.library import SUFFIX, Asked, answers
+    from ..shapes.library import SUFFIX, LibraryOptions, answers
 
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
@@ -54,7 +54,7 @@ def shapes(
         raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
     thresholds = parse_numbers("--coacd", coacd, "numbers, such as 0.05,0.2") if coacd else ()
-    asked = Asked(
+    asked = LibraryOptions(
         collision=collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up,
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip

@@ -29,7 +29,7 @@ SPHERES_ACROSS = 36  # radii along the longest side, about: enough to see how th
 
 
 @dataclass(eq=False)
-class Viewed:
+class ViewedObject:
     """One file's object, and what became of the spheres on it."""
 
     file: Path
@@ -134,7 +134,7 @@ def usable_simulators(names: Sequence[str], shape: str | None, failures: Failure
 
 def loaded_objects(
     files: Sequence[Path], radii: tuple[float, ...] | None, up: str, units: str, failures: Failures
-) -> list[Viewed]:
+) -> list[ViewedObject]:
     """Return the objects of the files that can be used, and say of the others why not."""
     from ..clouds.cloud import load_cloud
     from ..viewer.pictures import fitting_radius
@@ -146,11 +146,11 @@ def loaded_objects(
         except InputError as error:
             failures.add(error)
         else:
-            objects.append(Viewed(file, cloud, radii or (fitting_radius(RADII, cloud.size, SPHERES_ACROSS),)))
+            objects.append(ViewedObject(file, cloud, radii or (fitting_radius(RADII, cloud.size, SPHERES_ACROSS),)))
     return objects
 
 
-def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):
+def drop_on_all(objects: Sequence[ViewedObject], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):
     """Drop spheres on every object by one backend."""
     from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated
@@ -167,7 +167,7 @@ def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], se
     return [simulator.drop(cloud, settings, seed) for settings in runs]
 
 
-def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failures: Failures):
+def settle_on_all(objects: Sequence[ViewedObject], classifier: CloudClassifier, failures: Failures):
     """Drop as many spheres on every object as `spherefunc classify` does."""
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
@@ -186,7 +186,7 @@ def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
 
 
 def write_pages(
-    objects: Sequence[Viewed], out: Path | None, classifier: CloudClassifier | None, failures: Failures
+    objects: Sequence[ViewedObject], out: Path | None, classifier: CloudClassifier | None, failures: Failures
 ) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
     from ..viewer.page import display_page
@@ -205,7 +205,7 @@ def write_pages(
     return written
 
 
-def record(objects: Sequence[Viewed], path: Path, failures: Failures):
+def record(objects: Sequence[ViewedObject], path: Path, failures: Failures):
     """Write the drops on all objects for Rerun's viewer, and say where."""
     from ..viewer.recording import write_recording
 
@@ -215,7 +215,7 @@ def record(objects: Sequence[Viewed], path: Path, failures: Failures):
         failures.add(error)
 
 
-def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str]:
+def object_parts(viewed: ViewedObject, classifier: CloudClassifier | None) -> list[str]:
     """Return the HTML of one object: its title, the display, and why where that is asked for."""
     from html import escape
 
@@ -236,7 +236,7 @@ def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str
     return parts
 
 
-def backend_panels(viewed: Viewed) -> list[Panel]:
+def backend_panels(viewed: ViewedObject) -> list[Panel]:
     """Return a panel for each backend, with a layer for each radius."""
     from ..viewer.data import Panel, sphere_layer
 

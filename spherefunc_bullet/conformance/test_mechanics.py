@@ -15,7 +15,7 @@ import pytest
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..simulator import Simulator, provenance_of
 from ..simulator.mechanics import CarrySettings, PoseSettings, Stance, StandSettings
-from ..simulator.proofs import REASONS, PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
+from ..simulator.proofs import REASONS, PourUse, ProofResult, ProofSettings, PutUse, SitUse, Use
 from .test_simulator import pytest_generate_tests, simulator  # noqa: F401
 
 BOX_FACES = np.array(
@@ -100,7 +100,7 @@ SIDES = 32
 STEEP_DEG = 40.0  # friction of 0.6 holds up to 31 degrees
 
 
-def verdicts(simulator: Simulator, cloud: Cloud, *uses: Use) -> list[Verdict]:
+def verdicts(simulator: Simulator, cloud: Cloud, *uses: Use) -> list[ProofResult]:
     """Return what becomes of uses; each verdict says why exactly where it did not hold."""
     found = able(simulator, "prove").prove(cloud, uses, ProofSettings(), 0)
     assert len(found) == len(uses)

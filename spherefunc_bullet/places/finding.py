@@ -16,7 +16,7 @@ from ..clouds.conversion import Anything, geometry_of, warn
 from ..formats.units import BY_FILE
 from ..simulator import Simulator
 from ..simulator.mechanics import require_ability
-from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
+from ..simulator.proofs import PourUse, ProofResult, ProofSettings, PutUse, SitUse, Use
 from .place import IDENTITY, Place, Proof, Similarity, similarity_between
 from .pouring import pour_places
 from .putting import LOWEST, put_places
@@ -130,7 +130,7 @@ def proven(
     return sorted(results, key=worth)
 
 
-def proof_of(backend: str, verdicts: Sequence[Verdict]) -> Proof:
+def proof_of(backend: str, verdicts: Sequence[ProofResult]) -> Proof:
     """Return the proof of one place."""
     held = sum(verdict.held for verdict in verdicts)
     why = tuple(reason for reason, _ in Counter(verdict.why for verdict in verdicts if not verdict.held).most_common())

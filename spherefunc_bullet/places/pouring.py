@@ -8,7 +8,7 @@ from scipy import ndimage
 from ..clouds.cloud import MAX_GAP, Cloud
 from ..clouds.water import SPILLED_AT, Water, waters_of
 from .place import FUNCTION, Place
-from .regions import Surface, rings_of, surface_of
+from .regions import HeightMap, rings_of, surface_of
 
 LEAST_ML = 5.0
 LEAST_DEPTH = 0.01  # metres
@@ -34,7 +34,7 @@ def pour_place(cloud: Cloud, water: Water) -> Place | None:
     open_cells = np.zeros(high - low, bool)
     open_cells[tuple((water.opening - low).T)] = True
     room = water.cell * (ndimage.distance_transform_edt(open_cells) - 0.5)
-    surface = Surface(water.origin[:2] + low * water.cell, water.cell, np.zeros(open_cells.shape), 0.0)
+    surface = HeightMap(water.origin[:2] + low * water.cell, water.cell, np.zeros(open_cells.shape), 0.0)
     middle = surface.middles(np.array(np.unravel_index(room.argmax(), room.shape)))
     depth = water.brim_height - (water.origin[2] + water.cells[:, 2].min() * water.cell)
     area = len(water.opening) * water.cell**2

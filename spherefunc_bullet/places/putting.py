@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..clouds.cloud import Cloud
 from .place import FUNCTION, Place
-from .regions import Region, Surface, level_regions, rings_of
+from .regions import HeightMap, Region, level_regions, rings_of
 
 DISC = 0.04  # metres: the radius of what there is room for where no object is given
 OFF_EDGES = 0.02  # metres that a base is kept from edges, where there is room for it
@@ -25,7 +25,7 @@ LOWEST = 0.01  # metres: what is lower is the ground
 
 
 @dataclass(frozen=True, eq=False)
-class Footprint:
+class ObjectFootprint:
     """An object seen from above, standing."""
 
     cloud: Cloud
@@ -44,11 +44,11 @@ class Footprint:
         return len(self.outline) > 8 and radii.max() < 1.1 * radii.min()
 
 
-def footprint_of(cloud: Cloud) -> Footprint:
+def footprint_of(cloud: Cloud) -> ObjectFootprint:
     """Return an object's footprint as it stands in its own frame."""
     corners = cloud.points if cloud.mesh is None else np.vstack([cloud.mesh.vertices, cloud.points])
     low = corners[corners[:, 2] <= corners[:, 2].min() + TOUCHING]
-    return Footprint(cloud, hull(low[:, :2]), hull(corners[:, :2]))
+    return ObjectFootprint(cloud, hull(low[:, :2]), hull(corners[:, :2]))
 
 
 def hull(points: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ def hull(points: np.ndarray) -> np.ndarray:
         return points[[along.argmin(), along.argmax()]]
 
 
-def put_places(surface: Surface, put: Cloud | None = None, lowest: float = LOWEST) -> list[Place]:
+def put_places(surface: HeightMap, put: Cloud | None = None, lowest: float = LOWEST) -> list[Place]:
     """Return the level regions on which something can be put, each with its best position.
 
     Parameters
@@ -76,7 +76,7 @@ def put_places(surface: Surface, put: Cloud | None = None, lowest: float = LOWES
     return [place for place in places if place is not None]
 
 
-def put_place(surface: Surface, region: Region, footprint: Footprint | None) -> Place | None:
+def put_place(surface: HeightMap, region: Region, footprint: ObjectFootprint | None) -> Place | None:
     """Return a region as a place; None where there is no room for the object that is put."""
     poses, margins = ((), ()) if footprint is None else poses_on(surface, region, footprint)
     if footprint is not None and not poses:
@@ -97,14 +97,14 @@ def put_place(surface: Surface, region: Region, footprint: Footprint | None) -> 
     )
 
 
-def roomiest(surface: Surface, region: Region) -> np.ndarray:
+def roomiest(surface: HeightMap, region: Region) -> np.ndarray:
     """Return the place (2,) with the most room; of those with as much, as along a long top, the middle one."""
     alike = surface.middles(np.argwhere(region.room >= region.room.max() - surface.cell / 2))
     middle = surface.middles(np.argwhere(region.cells)).mean(axis=0)
     return alike[np.linalg.norm(alike - middle, axis=1).argmin()]
 
 
-def poses_on(surface: Surface, region: Region, footprint: Footprint) -> tuple[tuple[np.ndarray, ...], tuple]:
+def poses_on(surface: HeightMap, region: Region, footprint: ObjectFootprint) -> tuple[tuple[np.ndarray, ...], tuple]:
     """Return poses (4, 4) on a region, spread over it, those with the largest margin first; and the margins."""
     if region.slope_deg > STEEPEST_DEG:
         return (), ()
@@ -121,12 +121,12 @@ def poses_on(surface: Surface, region: Region, footprint: Footprint) -> tuple[tu
     return poses, tuple(float(margin) for *_, margin in chosen)
 
 
-def headings_of(footprint: Footprint) -> Sequence[float]:
+def headings_of(footprint: ObjectFootprint) -> Sequence[float]:
     """Return the headings to try, radians."""
     return [0.0] if footprint.round else np.arange(2 * HEADINGS) * np.pi / (2 * HEADINGS)
 
 
-def free_room(surface: Surface, region: Region) -> np.ndarray:
+def free_room(surface: HeightMap, region: Region) -> np.ndarray:
     """Return how far each cell (X, Y) is from what stands above the region, metres."""
     X, Y = np.indices(surface.heights.shape)
     level = region.height_at(surface.middles(np.stack([X, Y], axis=-1)))
@@ -134,7 +134,7 @@ def free_room(surface: Surface, region: Region) -> np.ndarray:
 
 
 def positions(
-    surface: Surface, region: Region, free: np.ndarray, footprint: Footprint, heading: float
+    surface: HeightMap, region: Region, free: np.ndarray, footprint: ObjectFootprint, heading: float
 ) -> list[tuple[np.ndarray, float]]:
     """Return places (2,) at which the base is supported and the rest clear, with the margin of each, metres."""
     base = samples(turned(footprint.base, heading), surface.cell)
@@ -174,7 +174,7 @@ def along_edges(corners: np.ndarray, step: float) -> np.ndarray:
     return np.vstack([a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(corners, ends, counts, strict=True)])
 
 
-def least_at(surface: Surface, room: np.ndarray, middles: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def least_at(surface: HeightMap, room: np.ndarray, middles: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Return the least of a map (X, Y) under offsets (K, 2) from each of some places (N, 2)."""
     least = np.full(len(middles), np.inf)
     outside = 0.0 if room is None else -1.0
@@ -200,7 +200,9 @@ def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[t
     return chosen
 
 
-def pose_at(surface: Surface, region: Region, footprint: Footprint, xy: np.ndarray, heading: float) -> np.ndarray:
+def pose_at(
+    surface: HeightMap, region: Region, footprint: ObjectFootprint, xy: np.ndarray, heading: float
+) -> np.ndarray:
     """Return the pose (4, 4) in which the base is just above the highest point under it."""
     offsets = samples(turned(footprint.base, heading), surface.cell)
     index = np.floor((xy + offsets - surface.origin) / surface.cell).astype(int)

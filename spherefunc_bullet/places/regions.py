@@ -16,7 +16,7 @@ ACROSS = 400  # cells at most
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class HeightMap:
     """Cells with the height of what is highest in them."""
 
     origin: np.ndarray  # (2,) the corner of the first cell
@@ -34,7 +34,7 @@ class Surface:
         return ndimage.binary_closing(np.pad(mask, cells), iterations=cells)[cells:-cells, cells:-cells]
 
 
-def surface_of(cloud: Cloud, cell: float = CELL) -> Surface:
+def surface_of(cloud: Cloud, cell: float = CELL) -> HeightMap:
     """Return what is seen of a cloud from above.
 
     A mesh is sampled to 5 mm, so each cell that it covers has a point of it.
@@ -48,7 +48,7 @@ def surface_of(cloud: Cloud, cell: float = CELL) -> Surface:
     shape = np.ceil((cloud.bounds[1, :2] - origin) / side).astype(int) + 2
     heights = np.full(shape, -np.inf)
     raise_to(cloud.points, origin, side, heights)
-    return Surface(origin, side, heights, rough)
+    return HeightMap(origin, side, heights, rough)
 
 
 @njit(cache=True, error_model="numpy")
@@ -92,7 +92,7 @@ def normal_of(plane: np.ndarray) -> np.ndarray:
     return normal / np.linalg.norm(normal)
 
 
-def level_regions(surface: Surface, least_radius: float, lowest: float) -> list[Region]:
+def level_regions(surface: HeightMap, least_radius: float, lowest: float) -> list[Region]:
     """Return the level regions in which a disc fits, the largest first.
 
     Parameters
@@ -111,7 +111,7 @@ def level_regions(surface: Surface, least_radius: float, lowest: float) -> list[
     return sorted(level, key=lambda region: -int(region.cells.sum()))
 
 
-def flat_cells(surface: Surface) -> np.ndarray:
+def flat_cells(surface: HeightMap) -> np.ndarray:
     """Return the cells (X, Y) bool whose neighbours, diagonal ones too, are about as high: the edge itself is none."""
     rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(SLOPE_DEG)) + surface.rough
     low = ndimage.minimum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
@@ -126,7 +126,7 @@ STEEP_DEG = 30.0  # what is steeper does not carry
 WHOLE = 0.5  # of a hand's breadth
 
 
-def whole_cells(surface: Surface, middles: np.ndarray) -> np.ndarray:
+def whole_cells(surface: HeightMap, middles: np.ndarray) -> np.ndarray:
     """Return at which places (..., 2) a surface carries on most of a hand's breadth: flesh does not rest on tips.
 
     Gaps are no matter of it: where nothing is, as between slats, nothing is too steep.
@@ -144,21 +144,21 @@ def whole_cells(surface: Surface, middles: np.ndarray) -> np.ndarray:
     return whole[tuple(np.moveaxis(np.clip(at, 0, np.array(whole.shape) - 1), -1, 0))]
 
 
-def seat_surface(cloud: Cloud, fine: Surface | None = None) -> Surface:
+def seat_surface(cloud: Cloud, fine: HeightMap | None = None) -> HeightMap:
     """Return a surface in cells for a sitter, with where it is whole, as that in finer cells tells."""
     coarse = surface_of(cloud, SEAT_CELL)
     middles = coarse.middles(np.moveaxis(np.indices(coarse.heights.shape), 0, -1))
     return replace(coarse, whole=whole_cells(surface_of(cloud) if fine is None else fine, middles))
 
 
-def plane_through(surface: Surface, cells: np.ndarray) -> np.ndarray:
+def plane_through(surface: HeightMap, cells: np.ndarray) -> np.ndarray:
     """Return the plane (3,) of least squares through cells of a surface."""
     where = np.argwhere(cells)
     across = np.column_stack([surface.middles(where), np.ones(len(where))])
     return np.linalg.lstsq(across, surface.heights[cells], rcond=None)[0]
 
 
-def rings_of(surface: Surface, cells: np.ndarray, plane: np.ndarray) -> tuple[np.ndarray, ...]:
+def rings_of(surface: HeightMap, cells: np.ndarray, plane: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the outline of the largest connected part of cells and its holes, rings (K, 3) on a plane, metres."""
     from contourpy import FillType, contour_generator
 

@@ -10,7 +10,7 @@ from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
 from .place import Place
 from .putting import DISC, footprint_of, put_place
-from .regions import Region, Surface, level_regions
+from .regions import HeightMap, Region, level_regions
 
 GAP = 0.12  # metres of free height above a shelf, at least
 OVER = 0.03  # metres of it that stay free above what is put there
@@ -22,7 +22,7 @@ UNEVEN = 0.005  # metres that a shelf's cells lie off its plane, in the mean: th
 MOST_CELLS = 4_000_000
 
 
-def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: float) -> list[Place]:
+def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: float) -> list[Place]:
     """Return places to put on levels below others that one reaches from a side, which their heading tells.
 
     Parameters
@@ -58,7 +58,7 @@ def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: floa
     return found
 
 
-def unevenness(surface: Surface, region: Region) -> float:
+def unevenness(surface: HeightMap, region: Region) -> float:
     """Return how far a region's cells lie off its plane, root of the mean square, metres."""
     off = surface.heights[region.cells] - region.height_at(surface.middles(np.argwhere(region.cells)))
     return float(np.sqrt(np.mean(off**2)))
@@ -73,7 +73,7 @@ class Layers:
     side: float  # metres, how high one is
 
 
-def layers_of(cloud: Cloud, surface: Surface) -> Layers:
+def layers_of(cloud: Cloud, surface: HeightMap) -> Layers:
     """Return the layers of a cloud's points."""
     most = MOST_CELLS // surface.heights.size
     side = max(surface.cell, float(cloud.size[2]) / max(8, most))
@@ -83,7 +83,7 @@ def layers_of(cloud: Cloud, surface: Surface) -> Layers:
     return Layers(highest, bottom, side)
 
 
-def way_in(layers: Layers, shelf: Surface, position: np.ndarray, clearance: float) -> float | None:
+def way_in(layers: Layers, shelf: HeightMap, position: np.ndarray, clearance: float) -> float | None:
     """Return the side in degrees from which one reaches a position (3,) on the shortest way, None where it is shut."""
     above = position[2] + 3 * shelf.rough + 0.01
     first = int(np.ceil((above - layers.bottom) / layers.side))

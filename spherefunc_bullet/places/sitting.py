@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from ..processes.compilation import njit
 from .place import FUNCTION, Place
-from .regions import Surface, normal_of, plane_through, rings_of
+from .regions import HeightMap, normal_of, plane_through, rings_of
 
 TALL = 1.75  # metres: whom the template fits
 SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air
@@ -42,7 +42,7 @@ BACKED = 0.4  # of the width behind the sitter: from here on there is a back
 
 
 @dataclass(frozen=True, eq=False)
-class Sittings:
+class SeatScores:
     """What the template says at each cell and heading."""
 
     cells: np.ndarray  # (P, 2)
@@ -51,7 +51,7 @@ class Sittings:
     levels: np.ndarray  # (P,) of the seat, metres
 
 
-def sit_places(surface: Surface, person: float = TALL, sittable: float = 0.5) -> list[Place]:
+def sit_places(surface: HeightMap, person: float = TALL, sittable: float = 0.5) -> list[Place]:
     """Return places to sit, one for each person that there is room for.
 
     Parameters
@@ -80,7 +80,7 @@ def share_facing(place: Place, places: Sequence[Place]) -> float:
     return sum(abs((way - place.heading_deg + 180) % 360 - 180) <= 30 for way in ways) / len(places)
 
 
-def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -> Sittings:
+def sittings_of(surface: HeightMap, scale: float, lowest: float, highest: float) -> SeatScores:
     """Return the template's worth at each cell of seat height."""
     heights = np.where(np.isfinite(surface.heights), surface.heights, -10.0)
     smooth = ndimage.median_filter(heights, 3)
@@ -100,7 +100,7 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     whole = scores[seat].sum(axis=0)
     scores = scores * (1 - OF_WHOLE + OF_WHOLE * whole / max(float(whole.max(initial=0.0)), 1e-9))
     around = sum(np.roll(scores, turn, axis=1) for turn in range(-SMOOTHED, SMOOTHED + 1)) / (2 * SMOOTHED + 1)
-    return Sittings(cells, 0.5 * scores + 0.5 * np.where(scores > 0, around, 0.0), shares, levels)
+    return SeatScores(cells, 0.5 * scores + 0.5 * np.where(scores > 0, around, 0.0), shares, levels)
 
 
 def template(scale: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
@@ -183,7 +183,7 @@ def lay(heights, smooth, whole, cells, offsets, zones, counts, side, scale, leve
             fits[p, h] = np.sqrt(gu * gu + gv * gv) <= STEEPEST and np.sqrt(left) <= ROUGHEST
 
 
-def choose(surface: Surface, sittings: Sittings, apart: float) -> list[tuple[int, int]]:
+def choose(surface: HeightMap, sittings: SeatScores, apart: float) -> list[tuple[int, int]]:
     """Return pairs of a row of the cells and a heading: persons side by side, then those who face another way."""
     if not len(sittings.cells):
         return []
@@ -201,7 +201,7 @@ def choose(surface: Surface, sittings: Sittings, apart: float) -> list[tuple[int
 
 
 def abreast(
-    sittings: Sittings, middles: np.ndarray, left: np.ndarray, first: int, heading: int, bar: float, apart: float
+    sittings: SeatScores, middles: np.ndarray, left: np.ndarray, first: int, heading: int, bar: float, apart: float
 ) -> list[int]:
     """Return the rows of cells at which persons sit side by side with the first, evenly."""
     angle = 2 * np.pi * heading / HEADINGS
@@ -225,7 +225,7 @@ def connected_range(places: np.ndarray, gap: float) -> tuple[float, float]:
     return float(places[starts[run]]), float(places[ends[run]])
 
 
-def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scale: float) -> Place:
+def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, scale: float) -> Place:
     """Return one person's place."""
     cell, level = sittings.cells[row], float(sittings.levels[row])
     zones = sittings.zones[row, heading]
@@ -252,7 +252,7 @@ def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scal
     )
 
 
-def along_back(surface: Surface, middle: np.ndarray, level: float, heading: float, scale: float) -> float:
+def along_back(surface: HeightMap, middle: np.ndarray, level: float, heading: float, scale: float) -> float:
     """Return the heading in degrees at right angles to the back behind a sitter who faces about that way."""
     where = surface.middles(np.argwhere(surface.heights > level + 0.14 * scale)) - middle
     for _ in range(2):
@@ -271,7 +271,7 @@ def along_back(surface: Surface, middle: np.ndarray, level: float, heading: floa
     return float(heading)
 
 
-def seat_top(surface: Surface, middle: np.ndarray, level: float, scale: float) -> float:
+def seat_top(surface: HeightMap, middle: np.ndarray, level: float, scale: float) -> float:
     """Return how high the seat is that a sitter is let down on: its higher parts under the pelvis."""
     where = np.argwhere(np.abs(surface.heights - level) <= SOFT)
     under = np.linalg.norm(surface.middles(where) - middle, axis=1) <= 0.15 * scale
@@ -283,14 +283,14 @@ def uneven(scores: np.ndarray) -> bool:
     return bool(scores.min() < 0.6 * scores.max())
 
 
-def seat_cells(surface: Surface, cell: np.ndarray, level: float) -> np.ndarray:
+def seat_cells(surface: HeightMap, cell: np.ndarray, level: float) -> np.ndarray:
     """Return the cells (X, Y) bool of the seat around a cell, gaps between slats filled."""
     near = surface.blurred(np.abs(surface.heights - level) <= SOFT, 2) & np.isfinite(surface.heights)
     labels, _ = ndimage.label(near)
     return labels == labels[tuple(cell)] if labels[tuple(cell)] else near
 
 
-def depth_of(surface: Surface, seat: np.ndarray, middle: np.ndarray, angle: float) -> float:
+def depth_of(surface: HeightMap, seat: np.ndarray, middle: np.ndarray, angle: float) -> float:
     """Return how deep a seat is through a place, along a direction, metres."""
     where = surface.middles(np.argwhere(seat)) - middle
     aside = np.abs(where @ [-np.sin(angle), np.cos(angle)])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError, attempt, one_line
 
 if TYPE_CHECKING:
-    from .worker import Task, Worker
+    from .worker import Worker, WorkerTask
 
 
 def run_tasks(
@@ -57,9 +57,12 @@ def run_tasks(
     if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
         yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
         return
-    from .worker import Task, Worker  # not where this process alone works: a first answer waits for what that loads
+    from .worker import (  # not where this process alone works: a first answer waits for what that loads
+        Worker,
+        WorkerTask,
+    )
 
-    left = (Task(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
+    left = (WorkerTask(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
     workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
     try:
         yield from finish(workers, left)
@@ -79,7 +82,7 @@ def worker_count(jobs: int) -> int:
     return max(1, cpu_count() + 1 + jobs)
 
 
-def finish(workers: Sequence[Worker], left: Iterator[Task]) -> Iterator[tuple[int, Any]]:
+def finish(workers: Sequence[Worker], left: Iterator[WorkerTask]) -> Iterator[tuple[int, Any]]:
     """Hand out tasks until none is left, and yield their outcomes."""
     from multiprocessing.connection import wait
 

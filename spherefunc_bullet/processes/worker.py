@@ -140,7 +140,7 @@ PATIENCE = 5.0  # seconds that a process has to be gone once its pipe is closed
 
 
 @dataclass(frozen=True)
-class Task:
+class WorkerTask:
     """What a worker is to do."""
 
     index: int
@@ -160,7 +160,7 @@ class Worker:
         self.level = logger.level if says and logger.handlers else None
         self.process = None
 
-    def begin(self, task: Task, again: bool = False):
+    def begin(self, task: WorkerTask, again: bool = False):
         """Start a task, perhaps once more, and a process where there is none."""
         self.task, self.again = task, again
         if self.process is None:

@@ -15,7 +15,7 @@ from ..clouds.preparation import SAFE, headed, reach_around
 from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
-from ..simulator.mechanics import LEVEL, Matter, StandSettings
+from ..simulator.mechanics import LEVEL, Material, StandSettings
 from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
 DENSE = 0.5  # radii between points, about, that few drops pay for
@@ -162,7 +162,7 @@ def falls_over(cloud: Cloud) -> bool:
     from ..simulator.statics.standing import stand
 
     try:
-        body = body_of(cloud, Matter())
+        body = body_of(cloud, Material())
     except InputError:
         return False
     return stand(body, StandSettings()).tilt_deg > FALLS_DEG

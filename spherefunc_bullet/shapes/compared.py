@@ -17,24 +17,24 @@ from ..clouds.orientation import Report, to_metres, to_z_up
 from ..errors import InputError, one_line
 from ..formats.sources import Geometry, joined_meshes
 from ..formats.units import BY_FILE
-from ..simulator.mechanics import Matter
+from ..simulator.mechanics import Material
 from ..simulator.statics.body import body_of
 from .candidates import MISSING, Make, candidates, has_vhacd, made, of_hull, of_mesh
 from .comparison import Subject, judged, row_of
 from .exposure import Fitting
 from .files import write_shape
-from .loaded import Frame, loaded, quiet
-from .rows import Kept, Row
+from .loaded import FileFrame, loaded, quiet
+from .rows import KeepCriteria, ShapeRow
 from .solid import Solid, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 BUDGET = 30.0  # seconds of the processor (a busy machine finds the same), after which nothing more is begun
-STRICT = Kept(share=0.95, moved=0.002)
+STRICT = KeepCriteria(share=0.95, moved=0.002)
 OTHERS = ("vhacd", "coacd")  # by whose pieces an object may be written as well; compounds have hundreds of them
-Tried = tuple[Solid, Row]
+Tried = tuple[Solid, ShapeRow]
 
 
-def best_shape(subject: Subject, kept: Kept, still: bool = False, compared: Iterable[Tried] = ()) -> Tried:
+def best_shape(subject: Subject, kept: KeepCriteria, still: bool = False, compared: Iterable[Tried] = ()) -> Tried:
     """Return the cheapest candidate that keeps everything, with its row; where none does, the one that keeps most.
 
     Cheapest by a measured step with spheres in contact. Of each kind the first that keeps everything is taken, since
@@ -66,7 +66,7 @@ def best_shape(subject: Subject, kept: Kept, still: bool = False, compared: Iter
     return (solid, row) if row.measured else (solid, row_of(subject, solid, kept))
 
 
-def decomposed(solid: Solid, row: Row) -> bool:
+def decomposed(solid: Solid, row: ShapeRow) -> bool:
     """Return whether a shape is of convex pieces that another program cut, and all is known of it."""
     return row.measured and solid.pieces is not None and solid.name.split()[0] in OTHERS
 
@@ -80,7 +80,7 @@ def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator
     yield [(f"fitted {scale:g}", partial(fitting.of, scale)) for scale in SCALES]
 
 
-def shortfall(row: Row) -> float:
+def shortfall(row: ShapeRow) -> float:
     """Return what a shape lacks, 0 for one that keeps everything."""
     if row.keeps:
         return 0.0
@@ -95,21 +95,21 @@ SAYS_COLLISION = (".urdf", ".sdf", ".xml")
 class BestShape:
     """The cheapest shape that keeps everything, ready to be written."""
 
-    row: Row
+    row: ShapeRow
     solid: Solid
     subject: Subject
-    frame: Frame
+    frame: FileFrame
 
     @property
     def name(self) -> str:
         return self.row.name
 
-    def write(self, path: str | Path, form: str | None = None, matter: Matter | None = None) -> Path:
+    def write(self, path: str | Path, form: str | None = None, matter: Material | None = None) -> Path:
         """Write it as URDF, SDF or MJCF (.xml), with its meshes in a folder beside it; return the path.
 
         In metres, z up, about the origin that the object's own file has, so that it takes the place of that file.
         """
-        body, back = body_of(self.subject.cloud, matter or Matter()), -self.frame.shift
+        body, back = body_of(self.subject.cloud, matter or Material()), -self.frame.shift
         body = replace(body, center=body.center + back, corners=body.corners + back)
         return write_shape(Path(path), self.subject.mesh.shifted(back), self.solid.shifted(back), body, form)
 
@@ -119,10 +119,10 @@ class Shapes:
     """An object's rows, one for each shape."""
 
     subject: Subject
-    rows: tuple[Row, ...]
+    rows: tuple[ShapeRow, ...]
     solids: tuple[Solid, ...]  # the shape of each row
-    frame: Frame
-    kept: Kept
+    frame: FileFrame
+    kept: KeepCriteria
     keep: float | None  # what was asked for; None: `best` keeps what `STRICT` says
 
     def __iter__(self):
@@ -160,7 +160,7 @@ def functions_of(functions: dict[str, tuple[bool, float]]) -> dict[str, dict[str
     return {name: {"member": member, "score": score} for name, (member, score) in functions.items()}
 
 
-def as_row(row: Row) -> dict[str, Any]:
+def as_row(row: ShapeRow) -> dict[str, Any]:
     """Return a row JSON-ready."""
     values = {name: plain(value) for name, value in asdict(row).items()}
     return values | {"functions": functions_of(row.functions)}
@@ -207,7 +207,10 @@ def compare_shapes(
     """
     if keep is not None and not 0 < keep <= 1:
         raise InputError(f"keep {keep}: expected more than 0 and at most 1")
-    cloud, kept = as_cloud(anything, units=units, up=up, report=report), Kept() if keep is None else Kept(share=keep)
+    cloud, kept = (
+        as_cloud(anything, units=units, up=up, report=report),
+        KeepCriteria() if keep is None else KeepCriteria(share=keep),
+    )
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
     subject.mesh  # noqa: B018 - points alone are refused before anything is measured
     others = named_collision(anything, collision)
@@ -220,7 +223,9 @@ def compare_shapes(
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
 
 
-def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Report) -> Iterator[tuple[Solid, Row]]:
+def rows_of_links(
+    subject: Subject, links: list[Solid], kept: KeepCriteria, report: Report
+) -> Iterator[tuple[Solid, ShapeRow]]:
     """Yield one link with its row, or several together and then each that is as large as what is seen."""
     if len(links) == 1:
         yield links[0], row_of(subject, links[0], kept)
@@ -234,7 +239,9 @@ def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Repo
             report(f"link {one_line(link.name)}: {error}")
 
 
-def candidate_rows(subject: Subject, makes: dict[str, Make], kept: Kept, report: Report) -> Iterator[tuple[Solid, Row]]:
+def candidate_rows(
+    subject: Subject, makes: dict[str, Make], kept: KeepCriteria, report: Report
+) -> Iterator[tuple[Solid, ShapeRow]]:
     """Yield each candidate with its row; one that cannot be used is reported and left out."""
     subject.seen  # noqa: B018 - an object that cannot be used itself is an error, before any candidate is made
     for name, make in makes.items():
@@ -260,14 +267,14 @@ def named_collision(anything: Anything, collision: str | Path | None) -> list[Pa
     return [Path(anything)] if own else []
 
 
-def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> Frame:
+def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame:
     """Return how the object's own coordinates became its cloud's."""
     if isinstance(anything, Cloud) or cloud.mesh is None:
-        return Frame(up="z", units="m", shift=np.zeros(3))
+        return FileFrame(up="z", units="m", shift=np.zeros(3))
     path = Path(anything) if isinstance(anything, str | Path) else Path("object")
     if "auto" in (up, units):
         raise InputError(f"{one_line(path.name)}: expected its axis and unit to be said, since collision shares them")
     geometry = geometry_of(anything, path.name)
     used = np.unique(geometry.faces)
     own = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
-    return Frame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - own.min(axis=0))
+    return FileFrame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - own.min(axis=0))

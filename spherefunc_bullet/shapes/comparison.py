@@ -13,13 +13,13 @@ from scipy.spatial import cKDTree
 from ..answer import classify
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from .rows import NOTHING, Functions, Kept, Row
+from .rows import NOTHING, Functions, KeepCriteria, ShapeRow
 from .solid import Solid, dense_points, surface
 from .spaces import (
     NARROW,
     WIDE,
-    Level,
-    Space,
+    CarryingLevel,
+    FreeSpace,
     carrying_level,
     closed,
     grid_around,
@@ -29,7 +29,7 @@ from .spaces import (
     level_kept,
     space_of,
 )
-from .spheres import Seen, at_rest, moved
+from .spheres import ObjectRests, at_rest, moved
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
 SMALLEST, LARGEST = 0.002, 0.04  # metres
@@ -72,7 +72,7 @@ class Subject:
         return float(np.clip(SPHERE * self.extent, SMALLEST, LARGEST))
 
     @cached_property
-    def space(self) -> Space:
+    def space(self) -> FreeSpace:
         return space_of(grid_around(self.low, self.high), self.mesh)
 
     @cached_property
@@ -84,13 +84,13 @@ class Subject:
         return height_map(self.mesh, self.low, self.high)
 
     @cached_property
-    def level(self) -> Level:
+    def level(self) -> CarryingLevel:
         return carrying_level(self.heights, self.low, self.high)
 
     @cached_property
-    def seen(self) -> Seen:
+    def seen(self) -> ObjectRests:
         rests = tuple(at_rest(self.mesh, self.cloud, self.radius, seed) for seed in (0, 1))
-        return Seen(rests=rests, surface=self.tree(self.mesh), radius=self.radius)
+        return ObjectRests(rests=rests, surface=self.tree(self.mesh), radius=self.radius)
 
     def tree(self, solid: Solid) -> cKDTree:
         """Return dense points on a shape."""
@@ -125,13 +125,13 @@ def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
     return {name: (one.member, round(one.score, 4)) for name, one in memberships.items()}
 
 
-def row_of(subject: Subject, solid: Solid, kept: Kept, early: bool = False) -> Row:
+def row_of(subject: Subject, solid: Solid, kept: KeepCriteria, early: bool = False) -> ShapeRow:
     """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
     row = judged(free_row(subject, solid), subject, kept)
     return row if early and row.lost else judged(used_row(subject, solid, row), subject, kept)
 
 
-def free_row(subject: Subject, solid: Solid) -> Row:
+def free_row(subject: Subject, solid: Solid) -> ShapeRow:
     """Return what follows from the free space alone."""
     require_size(subject, solid)
     space = space_of(subject.space.grid, solid)
@@ -139,7 +139,7 @@ def free_row(subject: Subject, solid: Solid) -> Row:
     share, higher = level_kept(subject.level, subject.heights, heights, subject.extent)
     held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
     reached = space.reached(NARROW)
-    return Row(
+    return ShapeRow(
         name=solid.name,
         pieces=solid.count,
         faces=len(solid.faces),
@@ -155,7 +155,7 @@ def free_row(subject: Subject, solid: Solid) -> Row:
     )
 
 
-def used_row(subject: Subject, solid: Solid, row: Row) -> Row:
+def used_row(subject: Subject, solid: Solid, row: ShapeRow) -> ShapeRow:
     """Return a row with what spheres tell."""
     rest = at_rest(solid, subject.cloud, subject.radius, 0)
     return replace(
@@ -179,13 +179,13 @@ def require_size(subject: Subject, solid: Solid):
         raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; {question}")
 
 
-def judged(row: Row, subject: Subject, kept: Kept) -> Row:
+def judged(row: ShapeRow, subject: Subject, kept: KeepCriteria) -> ShapeRow:
     """Return a row with its verdict."""
     lost = tuple(losses(row, subject, kept))
     return replace(row, lost=lost, keeps=not lost, verdict="; ".join(lost) if lost else price(row, subject))
 
 
-def losses(row: Row, subject: Subject, kept: Kept) -> Iterator[str]:
+def losses(row: ShapeRow, subject: Subject, kept: KeepCriteria) -> Iterator[str]:
     """Yield what a shape does not keep."""
     if row.capacity_kept is not None and row.capacity_kept < kept.share:
         held = f"holds {part_of(row.capacity_kept, 1e6 * subject.capacity)}"
@@ -209,7 +209,7 @@ def losses(row: Row, subject: Subject, kept: Kept) -> Iterator[str]:
             yield f"is no longer classified as {name}"
 
 
-def price(row: Row, subject: Subject) -> str:
+def price(row: ShapeRow, subject: Subject) -> str:
     """Return at which cost everything is kept."""
     mesh = subject.seen.rests[0].step_us
     if not (math.isfinite(mesh) and math.isfinite(row.step_us)) or row.name == "mesh":

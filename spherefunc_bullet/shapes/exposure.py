@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..clouds.raycasting import raycasting_scene, rays_from
-from .fitting import Exposed, cut, joined
+from .fitting import ExposedSurface, cut, joined
 from .solid import Solid, capped, of_pieces
 from .spaces import NARROW
 
@@ -29,7 +29,7 @@ SEEN, ROOM = 16_000, 6_000  # samples of the surface, about, and of the free spa
 FEWER = 4  # of the samples on which nothing rests, and in which nothing is held, one of so many is enough
 
 
-def exposed_surface(subject: Subject, scale: float) -> Exposed:
+def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
     """Return the exposed places of an object's surface, with tolerances that are scaled."""
     places, normals = samples(subject.mesh, SEEN)
     places, outward = np.vstack([places, places]), np.vstack([normals, -normals])
@@ -49,7 +49,7 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     room, grazed = free_places(subject), GRAZED * subject.extent
     scales = np.where(share == RESTED, min(scale, 1.0), scale)  # a slope that differs lets a sphere roll
     followed = np.maximum(FINEST, scales * share * subject.extent)
-    return Exposed(
+    return ExposedSurface(
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
         tolerance=np.append(followed, np.full(len(room), grazed)),

@@ -25,7 +25,7 @@ Corners = np.ndarray  # (K, 3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Exposed:
+class ExposedSurface:
     """Places of a surface that a sphere can come to, each with the way out into the free space."""
 
     places: np.ndarray  # (S, 3) metres
@@ -100,7 +100,7 @@ def ways_out(places, outward, reach, clear, low, high, planes):
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SurfacePart:
     """A part of the surface, cut out by planes."""
 
     triangles: np.ndarray  # (T, 3, 3)
@@ -114,13 +114,15 @@ def taken(covered: np.ndarray) -> float:
     return float(np.minimum(covered, 50).sum())
 
 
-def part_of(triangles: np.ndarray, exposed: Exposed) -> Part:
+def part_of(triangles: np.ndarray, exposed: ExposedSurface) -> SurfacePart:
     """Return a part of the surface with its hull."""
     hull = hull_around(triangles.reshape(-1, 3))
-    return Part(triangles, hull, *exposed.excess(hull))
+    return SurfacePart(triangles, hull, *exposed.excess(hull))
 
 
-def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool], most: int = MOST) -> list[Part]:
+def cut(
+    parts: Iterable[np.ndarray], exposed: ExposedSurface, enough: Callable[[], bool], most: int = MOST
+) -> list[SurfacePart]:
     """Return parts of a surface that take none of the free space, cut out of parts (T, 3, 3) of its triangles.
 
     The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
@@ -143,7 +145,7 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
     return done
 
 
-def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
+def best_cut(part: SurfacePart, exposed: ExposedSurface) -> tuple[SurfacePart, SurfacePart] | None:
     """Return the two parts that together take the least of the free space; None where no plane cuts."""
     best, chosen, low = np.inf, None, max(np.ptp(part.hull.corners, axis=0).max() * 1e-4, 1e-9)
     for normal, offset in planes_for(part, exposed):
@@ -163,7 +165,7 @@ def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
     return tuple(part_of(clipped(part.triangles, sign * chosen), exposed) for sign in (1, -1))
 
 
-def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float]]:
+def planes_for(part: SurfacePart, exposed: ExposedSurface) -> Iterator[tuple[np.ndarray, float]]:
     """Yield planes to cut a part by: along the surface where its hull covers it most, and through its middle."""
     order = np.argsort(-part.covered)
     order = order[exposed.outward[part.which[order]].any(axis=1)]
@@ -215,7 +217,7 @@ def clipped(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def joined(parts: Sequence[Part], exposed: Exposed, enough: Callable[[], bool]) -> list[Corners]:
+def joined(parts: Sequence[SurfacePart], exposed: ExposedSurface, enough: Callable[[], bool]) -> list[Corners]:
     """Return the pieces of parts, of which those are one whose common hull takes no more free space than they do."""
     pieces: list[Corners | None] = [part.hull.corners for part in parts]
     costs = [float(part.covered.sum()) for part in parts]

@@ -34,7 +34,7 @@ Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class LibraryOptions:
     """What is asked of each object."""
 
     collision: Path | None = None
@@ -55,7 +55,7 @@ class Asked:
         return f"{file.stem}-{hashlib.sha256(asked.encode()).hexdigest()[:12]}.json"
 
 
-def answer(file: Path, asked: Asked) -> Result:
+def answer(file: Path, asked: LibraryOptions) -> Result:
     """Return what is printed of one object."""
     collision = asked.collision
     if asked.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
@@ -70,7 +70,7 @@ def answer(file: Path, asked: Asked) -> Result:
     return result
 
 
-def written(compared: Shapes, file: Path, asked: Asked) -> Result:
+def written(compared: Shapes, file: Path, asked: LibraryOptions) -> Result:
     """Write the best shape of an object, and return what is printed of it."""
     shape = compared.best_for(asked.still)
     if not shape.row.keeps:
@@ -83,9 +83,9 @@ def pictures(compared: Shapes) -> str:
     """Return what is seen beside what the first shape is for the engine, as WebP in base64."""
     from PIL import Image
 
-    from ..viewer.pictures import View, render
+    from ..viewer.pictures import CameraView, render
 
-    view = View(size=PICTURE, elevation_deg=ELEVATION)
+    view = CameraView(size=PICTURE, elevation_deg=ELEVATION)
     both = Image.new("RGB", (2 * PICTURE[0], PICTURE[1]))
     shown: list[Solid] = [compared.subject.mesh, compared.solids[0]]
     for number, solid in enumerate(shown):
@@ -95,7 +95,7 @@ def pictures(compared: Shapes) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
-def answers(files: Sequence[Path], asked: Asked, jobs: int = 1, kept: Path | None = None) -> Iterator[Result]:
+def answers(files: Sequence[Path], asked: LibraryOptions, jobs: int = 1, kept: Path | None = None) -> Iterator[Result]:
     """Yield what is printed of each object, errors as `{file, error}`, in the order in which they are done.
 
     With a folder to keep them in, each is in a process of its own, and those that are there already are not done again.

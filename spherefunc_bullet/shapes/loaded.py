@@ -28,7 +28,7 @@ Placed = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), a
 
 
 @dataclass(frozen=True, kw_only=True)
-class Frame:
+class FileFrame:
     """How a file's coordinates become those of its object's cloud."""
 
     up: str
@@ -45,7 +45,7 @@ def quiet(_: str):
     """Say nothing: the object's own file has said it."""
 
 
-def loaded(path: Path, frame: Frame) -> Iterator[Solid]:
+def loaded(path: Path, frame: FileFrame) -> Iterator[Solid]:
     """Yield what an engine holds of a file's collision geometry, for each link that has any.
 
     Raises
@@ -61,7 +61,7 @@ def loaded(path: Path, frame: Frame) -> Iterator[Solid]:
             yield solid_of(name, parts, frame, path)
 
 
-def solid_of(name: str, parts: list[Placed], frame: Frame, path: Path) -> Solid:
+def solid_of(name: str, parts: list[Placed], frame: FileFrame, path: Path) -> Solid:
     """Return the parts of one link as the engine holds them."""
     if len(parts) > MOST_PIECES:
         limit = f"expected at most {MOST_PIECES:,} collision pieces"

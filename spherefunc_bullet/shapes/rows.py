@@ -9,7 +9,7 @@ Functions = dict[str, tuple[bool, float]]  # by name: whether it has it, and the
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
+class KeepCriteria:
     """What has to be kept of an object for a shape to keep it all."""
 
     share: float = 0.9  # of capacity, carrying level and settled spheres
@@ -17,7 +17,7 @@ class Kept:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class ShapeRow:
     """What one shape keeps, and what it costs."""
 
     name: str

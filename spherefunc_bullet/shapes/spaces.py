@@ -25,7 +25,7 @@ SHUT = 1.0  # spheres of the narrow size: the space that has to be lost for an o
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Grid:
+class VoxelGrid:
     """Cubic cells around an object."""
 
     low: np.ndarray  # (3,) lower corner, metres
@@ -44,18 +44,18 @@ class Grid:
         return marked
 
 
-def grid_around(low: np.ndarray, high: np.ndarray) -> Grid:
+def grid_around(low: np.ndarray, high: np.ndarray) -> VoxelGrid:
     """Return the grid of a box."""
     cell = float((high - low).max()) / CELLS
     shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
-    return Grid(low=low - MARGIN * cell, cell=cell, shape=tuple(shape.tolist()))
+    return VoxelGrid(low=low - MARGIN * cell, cell=cell, shape=tuple(shape.tolist()))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Space:
+class FreeSpace:
     """What is free around one shape."""
 
-    grid: Grid
+    grid: VoxelGrid
     points: np.ndarray  # (N, 3) of the surface, in cells
 
     @cached_property
@@ -113,7 +113,7 @@ def closed(reached: np.ndarray, still: np.ndarray) -> int:
     return int((np.bincount(parts.ravel())[1:] > SHUT * sphere).sum())
 
 
-def held_share(item: Space, shape: Space, reach: float) -> tuple[float, bool]:
+def held_share(item: FreeSpace, shape: FreeSpace, reach: float) -> tuple[float, bool]:
     """Return the share of what stands in an object that stands in a shape too, and whether water runs out of that.
 
     Parameters
@@ -142,9 +142,9 @@ def is_filled(basin: np.ndarray, seen: np.ndarray, reached: np.ndarray) -> bool:
     return bool(2 * (basin & reached).sum() < (basin & seen).sum())
 
 
-def space_of(grid: Grid, solid: Solid) -> Space:
+def space_of(grid: VoxelGrid, solid: Solid) -> FreeSpace:
     """Return the free space around a shape."""
-    return Space(grid=grid, points=grid.cells(solid))
+    return FreeSpace(grid=grid, points=grid.cells(solid))
 
 
 MAP_CELLS = 160  # along the longer side of the footprint
@@ -155,7 +155,7 @@ SAME_LEAST, SAME_MOST = 0.002, 0.008  # metres
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Level:
+class CarryingLevel:
     """The level that carries most, seen from above."""
 
     height: float  # metres over the ground
@@ -178,7 +178,7 @@ def cell_of(low: np.ndarray, high: np.ndarray) -> float:
     return float((high - low)[:2].max()) / MAP_CELLS
 
 
-def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> Level:
+def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> CarryingLevel:
     """Return the level that most of a height map (X, Y) lies at."""
     near = max(LEAST, AROUND * float((high - low).max()))
     known = np.sort(heights[np.isfinite(heights)])
@@ -186,10 +186,10 @@ def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> Le
     start = int(np.argmax(ends - np.arange(len(known))))
     middle = float(np.median(known[start : ends[start]]))
     cells = np.abs(heights - middle) <= near
-    return Level(height=middle, area=float(cells.sum()) * cell_of(low, high) ** 2, cells=cells)
+    return CarryingLevel(height=middle, area=float(cells.sum()) * cell_of(low, high) ** 2, cells=cells)
 
 
-def level_kept(level: Level, heights: np.ndarray, other: np.ndarray, extent: float) -> tuple[float, float]:
+def level_kept(level: CarryingLevel, heights: np.ndarray, other: np.ndarray, extent: float) -> tuple[float, float]:
     """Return the share of a level at which a shape's height map (X, Y) has the same height, and how much it is higher.
 
     The same is what one of the nine cells around has, so that edges do not count by how they fall onto the cells.

@@ -26,7 +26,7 @@ DEEP = 0.8  # radii: a centre that is nearer than that to the object's surface h
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rest:
+class SettledSpheres:
     """Spheres at rest on a shape."""
 
     centers: np.ndarray  # (S, 3) metres
@@ -51,7 +51,7 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
     )
 
 
-def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Rest:
+def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSpheres:
     """Return where spheres come to rest on a shape, which are dropped over the footprint of its object's cloud."""
     simulator, shape = BulletSimulator(), engine_shape(solid, radius)
     settings = DropSettings(radius=radius, max_spheres=SPHERES, max_drops=DROPS)
@@ -61,7 +61,7 @@ def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Rest:
         run.until_over()
     result = run.result(0.0, {"backend": "", "version": "", "settings": {}, "seed": seed})
     step = step_cost(solid, result.centers[result.on_object], radius)
-    return Rest(centers=result.centers, on_object=result.on_object, step_us=step)
+    return SettledSpheres(centers=result.centers, on_object=result.on_object, step_us=step)
 
 
 def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> float:
@@ -89,10 +89,10 @@ def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Seen:
+class ObjectRests:
     """Where spheres rest on the object itself."""
 
-    rests: tuple[Rest, ...]  # by seeds 0, 1
+    rests: tuple[SettledSpheres, ...]  # by seeds 0, 1
     surface: cKDTree  # of dense points on it
     radius: float
 
@@ -108,7 +108,7 @@ class Seen:
         """What another seed keeps of the first's spheres."""
         return self.matched(self.rests[1].centers) / max(1, len(self.rests[0].centers))
 
-    def kept(self, rest: Rest) -> float:
+    def kept(self, rest: SettledSpheres) -> float:
         """Return the share of the spheres that rest on a shape in the places that they have on the object.
 
         Where none rests on the object, such as a round one, there is none to keep.
@@ -116,12 +116,12 @@ class Seen:
         expected = self.matched(self.rests[1].centers)
         return min(1.0, self.matched(rest.centers) / expected) if expected >= FEW else 1.0
 
-    def deeper(self, rest: Rest) -> int:
+    def deeper(self, rest: SettledSpheres) -> int:
         """Return how many spheres on a shape have sunk into the object's surface."""
         return int((self.surface.query(rest.centers)[0] < DEEP * self.radius).sum()) if len(rest.centers) else 0
 
 
-def moved(seen: Seen, rest: Rest, surface: cKDTree) -> float:
+def moved(seen: ObjectRests, rest: SettledSpheres, surface: cKDTree) -> float:
     """Return how far resting places moved, metres: the mean of both directions.
 
     How far each sphere that rests on the object is from touching the shape, and the reverse. The distance from one

@@ -35,7 +35,7 @@ def amount(default: Any, **limits: float) -> Any:
     return field(default=default, metadata={"limits": limits})
 
 
-class Amounts:
+class CheckedSettings:
     """Settings that refuse what lies outside the range of a field, see `amount`."""
 
     def __post_init__(self):
@@ -46,7 +46,7 @@ class Amounts:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Matter(Amounts):
+class Material(CheckedSettings):
     """What an object is made of."""
 
     area_density: float = amount(AREA_DENSITY, above=0.0)  # kg/m2, of its surface
@@ -56,12 +56,12 @@ class Matter(Amounts):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseSettings(Amounts):
+class PoseSettings(CheckedSettings):
     """How an object is dropped to see how it can lie."""
 
     drops: int = amount(100, least=1)
     fall: float = amount(0.1)  # of its largest extent: how far its lowest point falls
-    matter: Matter = field(default_factory=Matter)
+    matter: Material = field(default_factory=Material)
     # In sqrt(extent / g), after which a drop is given up: 32 s for an extent of 1 m.
     time_limit: float = amount(100.0, above=0.0)
     least: float = amount(0.002, most=1)  # poses less likely than that, by drops and by statics, are left out
@@ -110,11 +110,11 @@ class Stance(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandSettings(Amounts):
+class StandSettings(CheckedSettings):
     """How an object is put on the ground, and what is set on it."""
 
     load: float = amount(0.0)  # kg, at each place in turn
-    matter: Matter = field(default_factory=Matter)
+    matter: Material = field(default_factory=Material)
     tilt_deg: float = amount(1.0, above=0.0)  # more than that is no longer the pose it came in
     rocking_deg: float = 10.0  # more than that is tipping
     time_limit: float = amount(60.0, above=0.0)  # in sqrt(extent / g)
@@ -158,7 +158,7 @@ class StandResult(Result):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarrySettings(Amounts):
+class CarrySettings(CheckedSettings):
     """How a filled object is carried: tilted on all sides, farther each time, and shaken."""
 
     radius: float | None = amount(None, above=0.0)  # of the spheres, metres; None: as the object is large

@@ -13,14 +13,14 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from .mechanics import Amounts, amount
+from .mechanics import CheckedSettings, amount
 
 HELD = ""  # why it did not hold: nothing
 REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProofSettings(Amounts):
+class ProofSettings(CheckedSettings):
     """How places are used."""
 
     person: float = amount(1.75, least=0.6, most=2.5)  # metres, how tall a sitter is
@@ -64,7 +64,7 @@ Use = SitUse | PutUse | PourUse
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class ProofResult:
     """What became of one use."""
 
     held: bool
@@ -77,6 +77,6 @@ class Verdict:
 class ProvesPlaces(Protocol):
     """A backend that uses places."""
 
-    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[Verdict]:
+    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
         """Return what became of each use of a cloud's object, which stands still; same arguments, same bits."""
         ...

@@ -17,9 +17,9 @@ from ..formats.files import write_bytes, write_text
 from ..learning.any_pose import PoseFunctions, best_poses
 from ..simulator.mechanics import CarryResult, StandResult
 from .page import image_html, page_html, table_html
-from .pictures import GROUND_COLOUR, View, object_picture
+from .pictures import GROUND_COLOUR, CameraView, object_picture
 
-TILE = View(size=(360, 300))
+TILE = CameraView(size=(360, 300))
 WORDS = 76  # pixels below a tile
 ABREAST = 5  # tiles in a row
 MOST = 10  # poses drawn of an object

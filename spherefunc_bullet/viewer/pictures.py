@@ -26,7 +26,7 @@ MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixel
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class CameraView:
     """Where the picture is taken from, and how large it is."""
 
     azimuth_deg: float = -120.0  # of the camera about z, 0 from +x; fronts face -y, so this is the front left
@@ -50,7 +50,7 @@ class View:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class PicturePart:
     """What rays can hit: a scene of triangles, or of balls made of triangles."""
 
     scene: RaycastingScene
@@ -79,7 +79,7 @@ class Rays:
         """Return the places (H, W, 3) that rays reach after a distance (H, W), metres."""
         return self.origins + self.directions * distance[..., None]
 
-    def beyond_cut(self, view: View, centre: np.ndarray) -> Rays:
+    def beyond_cut(self, view: CameraView, centre: np.ndarray) -> Rays:
         """Return the rays from the cut's plane through the centre on, if there is a cut."""
         if not view.cut:
             return self
@@ -93,7 +93,7 @@ class Rays:
 
 
 def render(
-    vertices: np.ndarray, faces: np.ndarray | None, centers: np.ndarray, radius: float, view: View | None = None
+    vertices: np.ndarray, faces: np.ndarray | None, centers: np.ndarray, radius: float, view: CameraView | None = None
 ) -> Image:
     """Draw an object and the spheres that settled on it.
 
@@ -109,10 +109,10 @@ def render(
     """
     heights = np.asarray(centers, float).reshape(-1, 3)[:, 2]
     colours = sphere_colours(heights, FLAT * radius) if len(heights) else np.empty((0, 3))
-    return render_coloured(vertices, faces, centers, radius, colours, view or View())
+    return render_coloured(vertices, faces, centers, radius, colours, view or CameraView())
 
 
-def render_balls(cloud: Cloud, centers: np.ndarray, radius: float, colours: np.ndarray, view: View) -> Image:
+def render_balls(cloud: Cloud, centers: np.ndarray, radius: float, colours: np.ndarray, view: CameraView) -> Image:
     """Draw an object and balls on it, each of its own colour (S, 3)."""
     vertices, faces = (cloud.points, None) if cloud.mesh is None else (cloud.mesh.vertices, cloud.mesh.faces)
     return render_coloured(vertices, faces, centers, radius, colours, view)
@@ -124,7 +124,7 @@ def render_coloured(
     centers: np.ndarray,
     radius: float,
     ball_colours: np.ndarray,
-    view: View,
+    view: CameraView,
     shown: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Image:
     """Draw an object and balls of colours (S, 3); see `render`.
@@ -159,7 +159,7 @@ def render_coloured(
     return picture.resize(view.size, Resampling.LANCZOS)
 
 
-def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: View) -> Image:
+def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: CameraView) -> Image:
     """Draw an object as `render` does; a small one is cut open, because what it holds is inside.
 
     A cloud has no surface to cut: its points in front go, and the spheres among them.
@@ -189,7 +189,7 @@ def drawn_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple
     return np.minimum(corners.min(axis=0), [np.inf, np.inf, 0.0]), corners.max(axis=0)
 
 
-def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> Rays:
+def camera_rays(view: CameraView, low: np.ndarray, high: np.ndarray) -> Rays:
     """Return rays that frame the box [low, high]."""
     toward = view.toward
     right = np.array([-view.facing[1], view.facing[0], 0.0])
@@ -206,7 +206,7 @@ def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> Rays:
     return Rays(origins, np.broadcast_to(-toward, origins.shape))
 
 
-def object_part(vertices: np.ndarray, faces: np.ndarray | None) -> Part:
+def object_part(vertices: np.ndarray, faces: np.ndarray | None) -> PicturePart:
     """Return an object as a part: its mesh, or the points of a cloud as balls that touch their neighbours."""
     import trimesh
 
@@ -218,10 +218,10 @@ def object_part(vertices: np.ndarray, faces: np.ndarray | None) -> Part:
         colours = np.broadcast_to(OBJECT_COLOUR, points.shape)
         return ball_part(points, 0.9 * float(np.median(distances[:, 1])), colours)
     mesh = trimesh.Trimesh(vertices, faces)  # merges equal vertices, without which nothing is closed
-    return Part(raycasting_scene((vertices, faces)), OBJECT_COLOUR[None], solid=mesh.is_watertight)
+    return PicturePart(raycasting_scene((vertices, faces)), OBJECT_COLOUR[None], solid=mesh.is_watertight)
 
 
-def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
+def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> PicturePart:
     """Return balls as a part, coarser the more there are."""
     import trimesh
 
@@ -229,7 +229,7 @@ def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
     ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     vertices = (centers[:, None, :] + ball.vertices[None]).reshape(-1, 3)
     faces = (np.arange(len(centers))[:, None, None] * len(ball.vertices) + ball.faces[None]).reshape(-1, 3)
-    return Part(raycasting_scene((vertices, faces)), colours, centers, len(ball.faces))
+    return PicturePart(raycasting_scene((vertices, faces)), colours, centers, len(ball.faces))
 
 
 def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit: np.ndarray) -> np.ndarray:
@@ -239,7 +239,7 @@ def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit:
     return colours * (0.42 + 0.58 * diffuse[..., None])
 
 
-def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: View) -> np.ndarray:
+def shadowed(parts: list[PicturePart], where: np.ndarray, normals: np.ndarray, view: CameraView) -> np.ndarray:
     """Tell which places the light does not reach; into a cut object it does."""
     offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
     start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
@@ -249,7 +249,7 @@ def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: Vi
     return blocked
 
 
-def ground_image(rays: Rays, parts: list[Part], view: View) -> np.ndarray:
+def ground_image(rays: Rays, parts: list[PicturePart], view: CameraView) -> np.ndarray:
     """Return the ground plane with the shadows on it as an image (H, W, 3)."""
     where = rays.places(-rays.origins[..., 2] / rays.directions[..., 2])
     upward = np.broadcast_to([0.0, 0.0, 1.0], where.shape)

@@ -22,7 +22,7 @@ from ledger_speed import speed
 from mishaps import MishapSimulator
 from typer.testing import CliRunner
 
-from spherefunc_bullet.batch.batch import Batch, Limits, run_batch
+from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
 from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs, status
 from spherefunc_bullet.batch.ledger import DONE, Ledger
 from spherefunc_bullet.batch.simulated import simulate_dataset
@@ -201,9 +201,9 @@ def mishaps(tmp_path):
 
 def test_crash_hang_hunger_and_bugs_cost_one_object_each(mishaps):
     names = ("one", "segfault", "killed", "left", "hungry", "bug", "refused", "two")
-    assert counts(finished(mishaps(*names), limits=Limits(memory=2**30))) == (2, 6, 0)
+    assert counts(finished(mishaps(*names), limits=ObjectLimits(memory=2**30))) == (2, 6, 0)
     batch = mishaps(*names, "sleeper")  # the only one that is left to do, however slow the machine
-    assert counts(finished(batch, limits=Limits(seconds=0.3))) == (0, 7, 2)
+    assert counts(finished(batch, limits=ObjectLimits(seconds=0.3))) == (0, 7, 2)
     outcomes = {Path(row[0]).stem: (row[6], row[9]) for row in rows(batch.folder.path)}
     expected = {
         "segfault": ("crashed", "SIGSEGV"),
@@ -372,7 +372,7 @@ def test_commands_take_a_run_as_their_cache(data, copy, tmp_path, monkeypatch):
 
 def test_what_hung_in_a_batch_is_not_tried_by_others(mishaps):
     batch = mishaps("one", "sleeper")
-    finished(batch, limits=Limits(seconds=0.5))
+    finished(batch, limits=ObjectLimits(seconds=0.5))
     failed = []
     simulated = simulate_dataset(batch.dataset, batch.dropping, run=batch.folder.path, failed=failed.append)
     assert len(simulated.objects) == 1 and "within 0.5 s" in str(failed[0])

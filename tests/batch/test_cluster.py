@@ -19,7 +19,7 @@ import pytest
 from batch_runs import SCRIPT, arrays, results, rows, scraps, small_objects
 from mishaps import MishapSimulator
 
-from spherefunc_bullet.batch.batch import Batch, Limits, run_batch
+from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
 from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_scheduler
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
@@ -73,7 +73,7 @@ def test_crash_on_an_executor_costs_one_object(tmp_path):
     dataset = Dataset("mishaps", objects, tmp_path)
     batch = Batch(dataset=dataset, dropping=Dropping(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
     with ThreadPoolExecutor(2) as executor:
-        list(run_batch(batch, work=on_executor(executor, folder, Limits(seconds=2.0))))
+        list(run_batch(batch, work=on_executor(executor, folder, ObjectLimits(seconds=2.0))))
     assert [(Path(row[0]).stem, row[6]) for row in rows(tmp_path / "run")] == [
         ("one", "done"),
         ("segfault", "crashed"),
@@ -156,5 +156,5 @@ def test_no_scheduler_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install -e '.[cluster]'")
     monkeypatch.setattr("spherefunc_bullet.batch.cluster.PATIENCE", "1s")
     with pytest.raises(InputError, match="expected a Dask scheduler that answers"):
-        with on_scheduler("tcp://127.0.0.1:9", RunFolder(tmp_path), Limits()):
+        with on_scheduler("tcp://127.0.0.1:9", RunFolder(tmp_path), ObjectLimits()):
             pass

@@ -15,8 +15,8 @@ from spherefunc_bullet.bullet.bodies.carrying import (
     LEAKS,
     LOOK,
     WAITING,
+    CarryOutcome,
     Filling,
-    Kept,
     carry_result,
     filling_of,
     notes_on,
@@ -32,7 +32,7 @@ from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphe
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
-from spherefunc_bullet.simulator.mechanics import CarrySettings, Matter
+from spherefunc_bullet.simulator.mechanics import CarrySettings, Material
 from spherefunc_bullet.simulator.proofs import PourUse, ProofSettings, PutUse, SitUse
 from spherefunc_bullet.simulator.statics.body import body_of
 
@@ -107,11 +107,13 @@ def test_a_vessel_is_filled_from_below_with_what_is_in_it():
 
 def test_what_is_kept_is_said_of_what_a_whole_vessel_would_hold():
     settings, some = CarrySettings(angles_deg=(10.0, 20.0), density=800.0), RANDOM(0).uniform(size=(5, 3))
-    kept = carry_result(Kept([6, 5, 4], some, 0), Filling(some, 8), basin(0.6), 0.01, settings, 1.0, {})
+    kept = carry_result(CarryOutcome([6, 5, 4], some, 0), Filling(some, 8), basin(0.6), 0.01, settings, 1.0, {})
     assert kept.kept == (6 / 8, 5 / 8) and kept.kept_shaken == 4 / 8 and kept.filled == 5 and kept.holds == 0.6
     assert np.allclose(kept.centers, 0.01 * some) and "hole" in kept.notes[0] and "60 %" in kept.notes[0]
     assert kept.weight == pytest.approx(5 * 800 * 4 / 3 * np.pi * 1e-6)
-    assert carry_result(Kept([1, 1, 0], some, 0), Filling(some[:1], 1), basin(), 0.01, settings, 1.0, {}).kept == (1, 1)
+    assert carry_result(
+        CarryOutcome([1, 1, 0], some, 0), Filling(some[:1], 1), basin(), 0.01, settings, 1.0, {}
+    ).kept == (1, 1)
     none = carry_result(None, Filling(some[:0], 0), basin(), 0.01, settings, 1.0, {})
     assert none.kept == (0, 0) and none.kept_shaken == 0 and none.weight == 0 and len(none.notes) == 1
     assert none.centers.shape == (0, 3)
@@ -132,7 +134,7 @@ def test_directions_of_drops_are_spread_evenly():
 
 def test_a_body_s_axes_are_those_of_its_inertia():
     askew = Rotation.from_euler("xyz", [0.3, 0.5, 0.2]).as_matrix()
-    body = body_of(cloud_from_mesh(BOX.vertices @ askew.T, BOX.faces, "box"), Matter())
+    body = body_of(cloud_from_mesh(BOX.vertices @ askew.T, BOX.faces, "box"), Material())
     free = free_body(body)
     assert np.linalg.det(free.axes) == pytest.approx(1) and np.allclose(np.diff(free.inertia) >= 0, True)
     assert np.allclose(free.axes @ np.diag(free.inertia) @ free.axes.T, body.inertia / body.mass / body.extent**2)
@@ -151,8 +153,8 @@ def test_a_body_has_moved_by_its_way_or_by_its_turn():
 
 
 def test_bodies_begin_over_places_of_their_own_at_the_height_they_fall_from():
-    free = free_body(body_of(boxed(), Matter()))
-    with ParallelDropWorld(Matter()) as world:
+    free = free_body(body_of(boxed(), Material()))
+    with ParallelDropWorld(Material()) as world:
         hull, turn = world.hull(free), free.world_rotation(np.eye(3)[None])[0]
         numbers = [world.add(free, hull, turn, 0.25, place) for place in range(20)]
         places, turns = world.state(numbers, np.arange(20))
@@ -305,7 +307,7 @@ def test_a_stage_s_friction_time_and_push_are_what_they_say():
     assert [tilt_of(Rotation.from_euler("xz", [degrees, 50], degrees=True).as_quat()) for degrees in (0, 30, 120)] == (
         pytest.approx([0, 30, 120], abs=1e-4)
     )
-    box = body_of(boxed(), Matter(mass=3.0))
+    box = body_of(boxed(), Material(mass=3.0))
     assert inertia_of(box) == np.diag(box.inertia).tolist()
 
 

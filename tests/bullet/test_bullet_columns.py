@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.bullet.columns import MAX_CELLS, Columns, in_cells
+from spherefunc_bullet.bullet.columns import MAX_CELLS, ColumnIndex, in_cells
 
 
 def touch_height(xy: np.ndarray, centers: np.ndarray, reach: float) -> float:
@@ -15,12 +15,12 @@ def touch_height(xy: np.ndarray, centers: np.ndarray, reach: float) -> float:
     return max(centers[near, 2] + np.sqrt(reach**2 - aside[near]), default=-np.inf)
 
 
-def filled(count: int, spheres: int, extent: float, seed: int) -> tuple[Columns, np.ndarray, np.ndarray]:
+def filled(count: int, spheres: int, extent: float, seed: int) -> tuple[ColumnIndex, np.ndarray, np.ndarray]:
     """Return points and settled spheres (radii) all over a footprint, and what finds them."""
     random = np.random.default_rng(seed)
     low, high = np.array([-extent, -0.6 * extent, 0]), np.array([0.8 * extent, extent, 5])
     points, settled = random.uniform(low, high, (count, 3)), random.uniform(low - 1, high + 1, (spheres, 3))
-    columns = Columns(points, low[:2], high[:2])
+    columns = ColumnIndex(points, low[:2], high[:2])
     for center in settled:
         columns.add(center)
     return columns, points, settled
@@ -66,8 +66,8 @@ def test_a_huge_footprint_has_as_many_cells_as_fit_the_memory():
 def test_where_the_footprint_is_changes_nothing(away):
     random, shift = np.random.default_rng(6), np.array([*away, 0])
     points, settled = random.uniform(0, [9, 6, 3], (200, 3)), random.uniform(0, [9, 6, 5], (30, 3))
-    here = Columns(points, np.zeros(2), np.array([9.0, 6]))
-    there = Columns(points + shift, shift[:2], shift[:2] + [9.0, 6])
+    here = ColumnIndex(points, np.zeros(2), np.array([9.0, 6]))
+    there = ColumnIndex(points + shift, shift[:2], shift[:2] + [9.0, 6])
     for center in settled:
         here.add(center), there.add(center + shift)
     for x, y, z in random.uniform(-3, [12, 9, 6], (200, 3)):

@@ -21,7 +21,7 @@ from spherefunc_bullet.bullet.collision.triangulation import (
     span_faces,
 )
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
-from spherefunc_bullet.bullet.columns import Columns
+from spherefunc_bullet.bullet.columns import ColumnIndex
 from spherefunc_bullet.bullet.dropping import (
     IN_FLIGHT,
     LEANING,
@@ -280,7 +280,7 @@ def test_columns_are_as_high_as_brute_force_says(monkeypatch, max_cells):
     random = np.random.default_rng(6)
     low, high = np.array([-15.0, -9.0, 0.0]), np.array([12.0, 14.0, 20.0])
     points = random.uniform(low, high, (150, 3))
-    columns, centers = Columns(points, low, high), np.empty((0, 3))
+    columns, centers = ColumnIndex(points, low, high), np.empty((0, 3))
     for round_ in range(4):
         for x, y in random.uniform(low[:2] - 1, high[:2] + 1, (60, 2)):
             assert columns.height(x, y) == pytest.approx(contact_height(points, centers, x, y))
@@ -292,7 +292,7 @@ def test_columns_are_as_high_as_brute_force_says(monkeypatch, max_cells):
 
 
 def test_empty_ground_has_no_height():
-    columns = Columns(np.array([[0.0, 0.0, 3.0]]), np.array([-9.0, -9, 0]), np.array([9.0, 9, 5]))
+    columns = ColumnIndex(np.array([[0.0, 0.0, 3.0]]), np.array([-9.0, -9, 0]), np.array([9.0, 9, 5]))
     assert columns.height(0.0, 0.0) == 4 and columns.height(1.01, 0.0) == -np.inf
 
 

@@ -16,7 +16,7 @@ from spherefunc_bullet.clouds.water import Water, leaks, share_under_water, wate
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
-from spherefunc_bullet.compare.evaluation.readings import Checks, Profiled
+from spherefunc_bullet.compare.evaluation.readings import ProfileFeatures, UseChecks
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 
@@ -156,11 +156,11 @@ def test_an_evaluation_scores_a_cup_that_leaks_as_none_and_unsure():
         groups=np.array(["all"] * 8),
     )
     asked = []
-    checks = Checks(
+    checks = UseChecks(
         fallen=np.zeros(8, bool),
         uses=tuple(lambda name, check, row=row: bool(asked.append(row)) or row == 4 for row in range(8)),
     )
-    read = Profiled(
+    read = ProfileFeatures(
         profiles=np.array([0.0, 1.0] * 4)[:, None] * np.ones((1, 2)),
         labels=labels,
         classifier=FunctionClassifier(radii=(0.01,)),

@@ -16,7 +16,7 @@ from batch_runs import small_objects
 from sklearn.neighbors import KNeighborsClassifier
 
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
-from spherefunc_bullet.compare.evaluation.readings import Profiled
+from spherefunc_bullet.compare.evaluation.readings import ProfileFeatures
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.quantities import NAMES
@@ -42,7 +42,9 @@ def test_learning_shows_how_far_it_is(monkeypatch):
     labels = Labels(("cup",), members, np.zeros_like(members), np.full(8, ""))
     classifier = FunctionClassifier(radii=(0.01,), estimator=KNeighborsClassifier(1))
     numbers = np.random.default_rng(0).random((8, len(NAMES)))
-    Profiled(profiles=numbers, labels=labels, classifier=classifier).trial([Split(np.arange(6), np.arange(6, 8))])
+    ProfileFeatures(profiles=numbers, labels=labels, classifier=classifier).trial(
+        [Split(np.arange(6), np.arange(6, 8))]
+    )
     assert "learning and testing" in terminal.getvalue()
 
 

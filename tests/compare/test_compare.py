@@ -21,9 +21,9 @@ import spherefunc_bullet.learning.function_classifier as function_classifier
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
-from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated_count
+from spherefunc_bullet.compare.comparison.entries import ComparedRun, evenly, repeated_count
 from spherefunc_bullet.compare.comparison.experiment import (
-    Candidate,
+    ComparedSimulator,
     Experiment,
     as_toml,
     candidates,
@@ -31,7 +31,7 @@ from spherefunc_bullet.compare.comparison.experiment import (
     read_experiment,
 )
 from spherefunc_bullet.compare.comparison.significance import answer, benefit_sentence, paired_difference
-from spherefunc_bullet.compare.comparison.tables import Table
+from spherefunc_bullet.compare.comparison.tables import TextTable
 from spherefunc_bullet.datasets.catalogue import write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
@@ -366,7 +366,7 @@ def test_a_backend_that_is_none_is_one_line(data):
     assert done.returncode == 2 and done.stdout == "" and len(done.stderr.splitlines()) == 1
 
 
-def entry(name: str, settled, again) -> Entry:
+def entry(name: str, settled, again) -> ComparedRun:
     """Return what one simulator did on objects, given as settled centres of either seed at 2 cm."""
 
     def simulated(all_centers) -> Simulated:
@@ -385,8 +385,8 @@ def entry(name: str, settled, again) -> Entry:
         objects = tuple(DatasetObject(path=path, functions=frozenset()) for path in paths)
         return Simulated("set", objects, tuple(records))
 
-    candidate = Candidate(name=name, backend=name, simulator=Layer(), radii=(0.02,))
-    return Entry(candidate=candidate, simulated=simulated(settled), again=simulated(again), failed=())
+    candidate = ComparedSimulator(name=name, backend=name, simulator=Layer(), radii=(0.02,))
+    return ComparedRun(candidate=candidate, simulated=simulated(settled), again=simulated(again), failed=())
 
 
 def test_histograms_by_hand():
@@ -483,7 +483,7 @@ def test_margin_by_hand():
 
 
 def test_table_in_markdown():
-    table = Table(title="Cost", columns=["backend", "s"], rows=[["fast", "1"]])
+    table = TextTable(title="Cost", columns=["backend", "s"], rows=[["fast", "1"]])
     assert table.markdown().splitlines() == ["## Cost", "", "| backend | s |", "| --- | ---: |", "| fast | 1 |"]
 
 

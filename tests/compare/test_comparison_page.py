@@ -12,7 +12,7 @@ import pytest
 from browser import draw, needs_browser
 
 from spherefunc_bullet.compare.commands.compare import compare
-from spherefunc_bullet.compare.comparison.charts import Mark, front, median_line
+from spherefunc_bullet.compare.comparison.charts import ChartMark, front, median_line
 from spherefunc_bullet.compare.comparison.disagreements import clearest, disagreements
 from spherefunc_bullet.compare.comparison.recommendation import (
     prices,
@@ -116,7 +116,7 @@ def test_price_of_a_thousand_objects():
 
 def test_front_keeps_what_nothing_beats():
     def mark(seconds, f_measure):
-        return Mark(backend=0, label="", seconds=seconds, f_measure=f_measure, spread=None)
+        return ChartMark(backend=0, label="", seconds=seconds, f_measure=f_measure, spread=None)
 
     quick, good, beaten, level = mark(1, 0.5), mark(3, 0.9), mark(2, 0.4), mark(4, 0.9)
     assert front([level, good, beaten, quick]) == [quick, good]

@@ -29,7 +29,7 @@ from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.viewer.pictures import View
+from spherefunc_bullet.viewer.pictures import CameraView
 
 STEMS = {
     "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",
@@ -80,7 +80,7 @@ def drawn(call, data, tmp_path_factory):
     """Return the folder of figures and what the command printed."""
     out = tmp_path_factory.mktemp("out") / "figures"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(typical_objects, "VIEW", View(size=(140, 118)))  # a sixteenth of the rays
+        patch.setattr(typical_objects, "VIEW", CameraView(size=(140, 118)))  # a sixteenth of the rays
         protocol = ("--train-sizes", "4,45", "--trials", 3, "--seed", 5)
         done = call("figures", data, "--out", out, *protocol, "--json", *RADII)
     return out, done

@@ -29,7 +29,7 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     random_splits,
     wanted_sizes,
 )
-from spherefunc_bullet.compare.evaluation.readings import Neighbours
+from spherefunc_bullet.compare.evaluation.readings import NeighbourFeatures
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices, cube_keys
@@ -54,7 +54,7 @@ def on_a_line(places) -> dict:
 
 def trials_quality(distances: Distances, labels: Labels, splits: list[Split], method: Method) -> FunctionQuality:
     """Return how well cups are classified over trials."""
-    read = Neighbours(distances=distances, labels=labels, method=method)
+    read = NeighbourFeatures(distances=distances, labels=labels, method=method)
     return read.evaluation(Splits(halves={1: splits})).quality(1)["cup"]
 
 
@@ -63,7 +63,7 @@ def pooled_quality(
 ) -> FunctionQuality:
     """Return how well cups are classified, every object tested once."""
     alone = Splits(halves={}, left_out={"all": splits})
-    read = Neighbours(distances=distances, labels=labels, method=method)
+    read = NeighbourFeatures(distances=distances, labels=labels, method=method)
     return read.evaluation(alone).left_out_quality("all")["cup"]
 
 

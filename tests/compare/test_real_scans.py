@@ -16,8 +16,8 @@ from room_shapes import room
 
 from spherefunc_bullet.compare.rooms.exam import interval
 from spherefunc_bullet.compare.rooms.matching import (
+    MatchResult,
     Score,
-    Verdict,
     best_pairs,
     judged,
     judged_by_place,
@@ -49,7 +49,7 @@ def target(name: str, points: np.ndarray, function: str = "cup", **more) -> True
     return TrueObject(name=name, functions=frozenset({function} - {"none"}), box=box_of(points), **more)
 
 
-def verdicts_of(blocks: dict[str, np.ndarray], parts: list[tuple[str, dict[str, float]]], truth) -> list[Verdict]:
+def verdicts_of(blocks: dict[str, np.ndarray], parts: list[tuple[str, dict[str, float]]], truth) -> list[MatchResult]:
     """Return the verdicts on a scan of blocks, some of which are recognised, with scores."""
     points, names = np.vstack(list(blocks.values())), np.repeat(list(blocks), [len(b) for b in blocks.values()])
     recognised = []

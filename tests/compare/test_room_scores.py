@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from checkout import ROOT
 
-from spherefunc_bullet.compare.rooms.matching import Counts, function_counts, match_parts, segmentation_counts
+from spherefunc_bullet.compare.rooms.matching import MatchCounts, function_counts, match_parts, segmentation_counts
 from spherefunc_bullet.compare.rooms.sensitivity import numbers_of, print_list
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
@@ -44,13 +44,13 @@ def test_floor_in_a_part_counts_against_it():
     parts = TRUTH.copy()
     parts[-10:] = 0
     assert match_parts(TRUTH, parts, [0, 1, 2])[0] is None  # 10 of 20
-    assert segmentation_counts(match_parts(TRUTH, parts, [0, 1, 2]), [0, 1, 2]) == Counts(2, 1, 1)
+    assert segmentation_counts(match_parts(TRUTH, parts, [0, 1, 2]), [0, 1, 2]) == MatchCounts(2, 1, 1)
 
 
 def test_hidden_objects_are_neither_asked_for_nor_held_against():
     matches = match_parts(TRUTH, TRUTH, [0, 1])
     assert matches == {0: 0, 1: 1}
-    assert segmentation_counts(matches, [0, 1]) == Counts(2, 0, 0)
+    assert segmentation_counts(matches, [0, 1]) == MatchCounts(2, 0, 0)
 
 
 def test_order_of_points_and_numbers_of_parts_do_not_matter():
@@ -67,13 +67,13 @@ def test_functions_count_from_scan_to_label():
     matches = {0: 0, 1: 1, 5: None}
     given = {0: frozenset({"cup"}), 1: frozenset(), 5: frozenset({"cup", "table"})}
     labels = {0: frozenset({"cup"}), 1: frozenset({"table"}), 2: frozenset({"cup"})}
-    assert function_counts(matches, given, labels, "cup") == Counts(1, 1, 1)  # 5 is nothing, 2 was not found
-    assert function_counts(matches, given, labels, "table") == Counts(0, 1, 1)
+    assert function_counts(matches, given, labels, "cup") == MatchCounts(1, 1, 1)  # 5 is nothing, 2 was not found
+    assert function_counts(matches, given, labels, "table") == MatchCounts(0, 1, 1)
     assert function_counts(matches, given, labels, "sittable").f_measure is None
 
 
 def test_counts_add_up():
-    total = Counts(3, 1, 0) + Counts(1, 0, 2)
+    total = MatchCounts(3, 1, 0) + MatchCounts(1, 0, 2)
     assert (total.precision, total.recall, total.f_measure) == pytest.approx((4 / 5, 4 / 6, 8 / 11))
 
 

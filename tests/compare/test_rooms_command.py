@@ -12,7 +12,7 @@ from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
 from spherefunc_bullet.compare.rooms.exam import curve_rows, write_report
-from spherefunc_bullet.compare.rooms.folds import Training, trained_classifier, whole_fold
+from spherefunc_bullet.compare.rooms.folds import TrainingOptions, trained_classifier, whole_fold
 from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -65,7 +65,7 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
 def test_what_is_learnt_of_partial_views(tmp_path):
     dataset = open_dataset(write_objects(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")
-    training = Training(simulator=simulator, radii=(0.05,))
+    training = TrainingOptions(simulator=simulator, radii=(0.05,))
     simulated = simulate_dataset(dataset, Dropping(simulator=simulator, radii=(0.05,)), jobs=1, failed=pytest.fail)
     names = list(trained_classifier(dataset, simulated, training, pytest.fail).names_)
     seen = [name for name in names if " in room_" in name]

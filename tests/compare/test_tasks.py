@@ -16,14 +16,14 @@ from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, rea
 from spherefunc_bullet.compare.evaluation import readings
 from spherefunc_bullet.compare.mechanics import poses, standing
 from spherefunc_bullet.compare.mechanics.measures import (
-    Measured,
+    TaskReports,
     benefit_sentence,
     beside,
     measured,
     read_tasks,
     task_reports,
 )
-from spherefunc_bullet.compare.mechanics.standing import Outcome
+from spherefunc_bullet.compare.mechanics.standing import TaskOutcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -35,11 +35,11 @@ from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 
-def outcome(backend: str, right: str, seconds: float = 1.0) -> Outcome:
+def outcome(backend: str, right: str, seconds: float = 1.0) -> TaskOutcome:
     """Return an outcome of which objects are classified correctly, 1, and wrong, 0."""
     answer = {str(number): digit == "1" for number, digit in enumerate(right)}
     value = float(np.mean(list(answer.values())))
-    return Outcome(backend=backend, measure="share", value=value, asked=len(answer), seconds=seconds, right=answer)
+    return TaskOutcome(backend=backend, measure="share", value=value, asked=len(answer), seconds=seconds, right=answer)
 
 
 def household(name: str) -> Path:
@@ -99,7 +99,7 @@ def test_a_hole_is_where_it_is_said_to_be():
 
 
 @pytest.fixture(scope="module")
-def kept() -> Measured:
+def kept() -> TaskReports:
     """Return what a mug, with and without holes, and a plate keep at the farthest angle, asked in this process."""
     simulator, farthest = carrier(), CarrySettings().angles_deg[-1:]
     with pytest.MonkeyPatch.context() as patch:

@@ -28,7 +28,7 @@ from spherefunc_bullet.scenes.impairment.folder import COLUMNS as COPY_COLUMNS
 from spherefunc_bullet.scenes.impairment.folder import copy_ply, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import COPIES, IMPAIRMENTS, chosen_kinds
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
+from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface, halved
 
 MODELS = DATA / "models"
 FEATURES = {"spheres", "spheres, held up", "bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
@@ -65,13 +65,13 @@ def specimen(mesh: trimesh.Trimesh, function: str) -> Specimen:
     return Specimen(cloud_from_mesh(mesh.vertices, mesh.faces), function)
 
 
-def changed(target: Specimen, kind: str, seed: int = 0) -> Surface | None:
+def changed(target: Specimen, kind: str, seed: int = 0) -> ObjectSurface | None:
     """Return an impaired copy of one kind."""
     each = next(each for each in IMPAIRMENTS if each.kind == kind and target.function in each.functions)
     return each.applied(target, "object", seed)
 
 
-def heights_on(surface: Surface, x: float, y: float) -> list[float]:
+def heights_on(surface: ObjectSurface, x: float, y: float) -> list[float]:
     """Return the heights at which a vertical line meets a surface, ascending."""
     corners = surface.triangles - [x, y, 0]
     ahead = np.roll(corners, -1, axis=1)
@@ -142,7 +142,7 @@ def test_a_cup_that_is_turned_holds_nothing(kind):
     assert changed(target, kind).bounds[0, 2] == pytest.approx(0)
 
 
-def as_cloud(surface: Surface) -> Cloud:
+def as_cloud(surface: ObjectSurface) -> Cloud:
     return cloud_from_points(surface.points) if surface.is_cloud else cloud_from_mesh(*surface.mesh())
 
 

@@ -21,7 +21,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST_MARGIN, unsure_range
 from spherefunc_bullet.learning.profiles.columns import objects_on_table
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
 from spherefunc_bullet.scenes.impairment.use.coat import coat_over_back
 from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, places_to_sit
 from spherefunc_bullet.scenes.impairment.use.placing import upright_box
@@ -50,7 +50,7 @@ def tilted(cloud: Cloud, degrees: float) -> Cloud:
     return Cloud(placed(cloud.points @ rotation.T), cloud.name)
 
 
-def cloud_of(surface: Surface) -> Cloud:
+def cloud_of(surface: ObjectSurface) -> Cloud:
     return cloud_from_mesh(*surface.standing().mesh(), "copy")
 
 
@@ -166,7 +166,7 @@ def test_laid_tables_keep_their_top_and_count_what_stands_on_it(specimens):
     table, height = specimens["table"], specimens["table"].level.height
     boxes = [upright_box(np.array([0.15, 0.2, 0.05 + 0.1 * k])) + [0.4 * k - 0.4, 0, height] for k in range(3)]
     for count in (0, 1, 3):
-        surface = table.surface.joined(Surface(np.concatenate(boxes[:count]))) if count else table.surface
+        surface = table.surface.joined(ObjectSurface(np.concatenate(boxes[:count]))) if count else table.surface
         cloud = cloud_of(surface)
         assert objects_on_table(cloud, settle(cloud, "fast", (0.01, 0.03), 0, DROPS)) == count
 
@@ -177,7 +177,9 @@ def test_noise_and_stray_points_on_a_table_are_no_objects(specimens, seen, count
     table, rng = specimens["table"], np.random.default_rng(0)
     height = table.level.height
     boxes = [upright_box(np.array([0.15, 0.2, tall])) + [x, 0, height] for x, tall in ((-0.3, 0.1), (0.2, 0.2))]
-    points = cloud_of(table.surface.joined(Surface(np.concatenate(boxes)))).points if count else table.cloud.points
+    points = (
+        cloud_of(table.surface.joined(ObjectSurface(np.concatenate(boxes)))).points if count else table.cloud.points
+    )
     if seen == "noise":
         points = points + rng.normal(0, 0.005, points.shape)
     else:

@@ -9,7 +9,7 @@ import pytest
 from test_resting_profile import DIAMETER, RADIUS, dropped, heap, layer, quantities, quantities_of, turned
 
 from spherefunc_bullet.learning.profiles.columns import (
-    Columns,
+    SphereColumns,
     columns_of,
     edges_of,
     enclosed_area,
@@ -54,7 +54,7 @@ def test_what_is_alike_has_no_spread(value):
     assert columns.spread(columns.centers[:, 0]) == pytest.approx(DIAMETER * np.sqrt(2 / 3))
     for seed in range(20):
         weights = RANDOM(seed).uniform(size=9)
-        uneven = Columns(centers=np.zeros((9, 3)), radius=RADIUS, weights=weights, tops=weights, bottoms=weights)
+        uneven = SphereColumns(centers=np.zeros((9, 3)), radius=RADIUS, weights=weights, tops=weights, bottoms=weights)
         assert uneven.spread(np.full(9, value)) == pytest.approx(0, abs=1e-7 * value)
 
 

@@ -19,7 +19,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
 from spherefunc_bullet.places.pouring import HOLE, pour_places
-from spherefunc_bullet.places.regions import Surface, seat_surface
+from spherefunc_bullet.places.regions import HeightMap, seat_surface
 from spherefunc_bullet.places.sitting import sit_places
 from spherefunc_bullet.scenes.impairment.specimen import spike
 from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
@@ -132,7 +132,7 @@ def test_nobody_sits_on_the_mouth_of_a_tube():
     heights = np.full((40, 40), -np.inf)
     heights[19:22, 19:22] = 0.45
     heights[20, 20] = -np.inf
-    assert not sit_places(Surface(np.zeros(2), 0.025, heights, 0.0), sittable=1.0)
+    assert not sit_places(HeightMap(np.zeros(2), 0.025, heights, 0.0), sittable=1.0)
 
 
 def spiky_or_slatted(pitch: float, tall: float) -> Cloud:

@@ -28,7 +28,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.viewer.pictures import View
+from spherefunc_bullet.viewer.pictures import CameraView
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -54,7 +54,7 @@ FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds
     ("spherefunc_bullet.learning.function_classifier", "TREES", 8),
     ("spherefunc_bullet.compare.evaluation.features", "MANY", 10**6),  # other processes take longer to start
     ("spherefunc_bullet.compare.evaluation.readings", "WORTH_CORES", 10**6),
-    ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", View(size=(90, 75))),
+    ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", CameraView(size=(90, 75))),
     ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
     ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
     ("spherefunc_bullet.shapes.spheres", "SPHERES", 20),

@@ -12,7 +12,7 @@ from checkout import ROOT
 
 from spherefunc_bullet.compare.documents.__main__ import TABLES, due, measure, wanted, write_tables
 from spherefunc_bullet.compare.documents.saved import Measurement, code_hash, quoted
-from spherefunc_bullet.compare.documents.tables import BLOCK, OLDER, Table, blocks_of, complaints, with_blocks
+from spherefunc_bullet.compare.documents.tables import BLOCK, OLDER, DocumentTable, blocks_of, complaints, with_blocks
 from spherefunc_bullet.errors import InputError
 
 SPEED = 'from .model import DROPS\n\n\ndef speed():\n    """Return drops a second."""\n    return 2 * DROPS\n'
@@ -22,7 +22,7 @@ MEASUREMENT = Measurement(  # `true` takes the option --json that is put behind
     modules=("compare/*.py",),
     files=("model.npz",),
 )
-TABLE = Table(
+TABLE = DocumentTable(
     name="drops",
     document="README.md",
     measurements=(MEASUREMENT,),

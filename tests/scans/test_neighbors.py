@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from spherefunc_bullet.clouds.outline import well_within
 from spherefunc_bullet.learning.profiles.columns import outline_of
-from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, Near, cells, crowded
+from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, NearPoints, cells, crowded
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
 
 
@@ -38,7 +38,7 @@ def test_points_far_apart_share_no_cell():
 def test_near_is_what_a_tree_finds(count: int, others: int):
     places, points = scattered(count, 1), scattered(others, 2)
     distances = cKDTree(points).query(places, distance_upper_bound=0.02)[0]
-    assert np.array_equal(Near(points, 0.02).to(places), np.isfinite(distances))
+    assert np.array_equal(NearPoints(points, 0.02).to(places), np.isfinite(distances))
 
 
 def test_crowded_is_what_a_tree_counts():

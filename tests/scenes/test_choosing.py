@@ -6,19 +6,19 @@ import numpy as np
 
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
-from spherefunc_bullet.scenes.recognition.room import BARS, Candidate, chosen, claiming
+from spherefunc_bullet.scenes.recognition.room import BARS, ObjectCandidate, chosen, claiming
 
 
-def candidate(place: int, by: str, members: range, *, on_top: bool = False, **scores: float) -> Candidate:
+def candidate(place: int, by: str, members: range, *, on_top: bool = False, **scores: float) -> ObjectCandidate:
     answer = {
         name: Membership(member=scores.get(name, 0.0) > 0.5, score=scores.get(name, 0.0), radius=0.02)
         for name in ("cup", "sittable", "table")
     }
     proposal = Proposal(by=by, members=np.arange(members.start, members.stop), support=0.0, on_top=on_top)
-    return Candidate(proposal=proposal, functions=answer, place=place)
+    return ObjectCandidate(proposal=proposal, functions=answer, place=place)
 
 
-def claims(candidates: list[Candidate]) -> list[tuple[str, int]]:
+def claims(candidates: list[ObjectCandidate]) -> list[tuple[str, int]]:
     return [(min(one.claimed, default="none"), len(one.proposal.members)) for one in chosen(candidates, 10)]
 
 

@@ -7,7 +7,7 @@ import pytest
 from clouds import level, mug, sheet
 from room_shapes import box, moved, square_table
 
-from spherefunc_bullet.scenes.recognition.surroundings import NAMES, Surroundings, alone
+from spherefunc_bullet.scenes.recognition.surroundings import NAMES, ScanSurroundings, alone
 from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
 STOOL = square_table(0.4, 0.4, 0.45)
@@ -22,7 +22,7 @@ def described(
     """Return what surrounds some points where others are, by name."""
     points = np.vstack([own, *others, wall])
     is_wall = np.arange(len(points)) >= len(points) - len(wall)
-    scene = Surroundings(points=points, is_wall=is_wall)
+    scene = ScanSurroundings(points=points, is_wall=is_wall)
     return dict(zip(NAMES, scene.of(own, bounding_box(own).size, support).tolist(), strict=True))
 
 

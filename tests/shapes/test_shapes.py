@@ -16,8 +16,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
 from spherefunc_bullet.shapes.compared import candidate_rows
 from spherefunc_bullet.shapes.comparison import Subject, row_of
-from spherefunc_bullet.shapes.loaded import Frame, loaded
-from spherefunc_bullet.shapes.rows import Kept
+from spherefunc_bullet.shapes.loaded import FileFrame, loaded
+from spherefunc_bullet.shapes.rows import KeepCriteria
 from spherefunc_bullet.shapes.solid import of_pieces, surface
 
 RADIUS, HEIGHT, WALL, BOTTOM, STAVES = 0.04, 0.09, 0.003, 0.004, 32
@@ -65,7 +65,7 @@ def test_a_cup_holds_what_its_geometry_says(subject):
 
 
 def test_its_hull_is_solid(subject):
-    row = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), Kept())
+    row = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), KeepCriteria())
     assert row.capacity_kept == 0 and not row.keeps and row.settled_kept < 0.5
     assert row.filled and "solid for the engine" in row.verdict
 
@@ -74,7 +74,7 @@ def test_a_cup_with_a_slit_in_its_floor_runs_out_and_is_not_solid(subject):
     """Its floor is two halves, 6 mm apart, through which the spheres of the test do not go."""
     bottom, *sides = staves()
     halves = [np.column_stack([np.maximum(side * bottom[:, 0], 0.003) * side, bottom[:, 1:]]) for side in (1, -1)]
-    row = row_of(subject, of_pieces("slit", [*halves, *sides]), Kept())
+    row = row_of(subject, of_pieces("slit", [*halves, *sides]), KeepCriteria())
     assert row.capacity_kept < 0.02 and not row.filled
     assert "it runs out through gaps" in row.verdict and "solid" not in row.verdict
 
@@ -83,7 +83,7 @@ def test_a_shape_of_voxels_is_still_a_cup(subject):
     """Water finds a way between its faces; the spheres that it is made for do not."""
     from spherefunc_bullet.shapes.candidates import of_cloud
 
-    row = row_of(subject, of_cloud(subject.cloud, subject.radius, "voxel", 0.001), Kept())
+    row = row_of(subject, of_cloud(subject.cloud, subject.radius, "voxel", 0.001), KeepCriteria())
     assert row.functions["cup"][0] and row.capacity_kept > 0.95, row.verdict
 
 
@@ -93,7 +93,7 @@ def test_the_best_is_written_where_its_file_has_it(tmp_path):
     mesh.export(tmp_path / "cup.obj")
     shapes = sf.compare_shapes(tmp_path / "cup.obj", shapes=False)
     path = shapes.best.write(tmp_path / "out" / "cup.urdf")
-    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert np.allclose(solid.vertices.min(axis=0), mesh.bounds[0], atol=1e-3)
     assert np.allclose(solid.vertices.max(axis=0), mesh.bounds[1], atol=1e-3)
     assert np.allclose(trimesh.load(tmp_path / "out" / "cup_meshes" / "visual.obj").bounds, mesh.bounds, atol=1e-6)
@@ -125,7 +125,7 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
 def test_a_candidate_that_no_engine_takes_costs_itself(subject):
     points = Cloud(subject.mesh.vertices, "points")
     said, makes = [], {"points": partial(of_mesh, points), "hull": partial(of_hull, subject.cloud)}
-    rows = [row for _, row in candidate_rows(subject, makes, Kept(), said.append)]
+    rows = [row for _, row in candidate_rows(subject, makes, KeepCriteria(), said.append)]
     assert [row.name for row in rows] == ["hull"]
     assert said == ["points: expected a mesh to make shapes of, got points; it is not compared"]
 
@@ -158,13 +158,13 @@ def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(su
 
 
 def test_exact_pieces_keep_everything(subject):
-    row = row_of(subject, of_pieces("staves", staves()), Kept())
+    row = row_of(subject, of_pieces("staves", staves()), KeepCriteria())
     assert row.keeps, row.verdict
     assert row.capacity_kept == pytest.approx(1, abs=0.01) and row.moved_mm < 0.2 and row.pieces == STAVES + 1
 
 
 def test_the_mesh_keeps_everything(subject):
-    row = row_of(subject, subject.mesh, Kept())
+    row = row_of(subject, subject.mesh, KeepCriteria())
     assert row.keeps and row.capacity_kept == 1 and row.level_kept == 1 and row.openings_closed == 0
 
 
@@ -182,15 +182,15 @@ def test_a_lowered_top_is_lost():
     subject = Subject(cloud_from_mesh(table.vertices, table.faces, "table"))
     moved = [top.vertices - [0, 0, 0.02], *(leg.vertices - [0, 0, 0.02] for leg in legs)]
     pieces = [piece + subject.mesh.vertices.min(axis=0) - table.vertices.min(axis=0) for piece in moved]
-    row = row_of(subject, of_pieces("lower", pieces), Kept())
+    row = row_of(subject, of_pieces("lower", pieces), KeepCriteria())
     assert not row.keeps and row.level_higher_mm == pytest.approx(-20, abs=1)
-    filled = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), Kept())
+    filled = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), KeepCriteria())
     assert filled.openings_closed and not filled.keeps
 
 
 def test_another_unit_is_said(subject):
     with pytest.raises(InputError, match="1e.03 times as large"):
-        row_of(subject, surface("mm", 1000 * subject.mesh.vertices, subject.mesh.faces), Kept())
+        row_of(subject, surface("mm", 1000 * subject.mesh.vertices, subject.mesh.faces), KeepCriteria())
 
 
 def test_groups_are_loaded_as_hulls(tmp_path: Path):
@@ -201,10 +201,10 @@ def test_groups_are_loaded_as_hulls(tmp_path: Path):
         first += len(piece)
     path = tmp_path / "cup.obj"
     path.write_text("\n".join(lines))
-    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert solid.count == STAVES + 1
     cup().export(tmp_path / "whole.obj")
-    assert next(loaded(tmp_path / "whole.obj", Frame(up="z", units="m", shift=np.zeros(3)))).count == 1
+    assert next(loaded(tmp_path / "whole.obj", FileFrame(up="z", units="m", shift=np.zeros(3)))).count == 1
 
 
 def test_points_are_refused():
@@ -216,10 +216,10 @@ def test_points_are_refused():
 @pytest.mark.parametrize("suffix", [".urdf", ".sdf", ".xml"])
 def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
     from spherefunc_bullet.shapes.files import write_shape
-    from spherefunc_bullet.simulator.mechanics import Matter
+    from spherefunc_bullet.simulator.mechanics import Material
     from spherefunc_bullet.simulator.statics.body import body_of
 
-    body = body_of(subject.cloud, Matter(mass=0.3))
+    body = body_of(subject.cloud, Material(mass=0.3))
     path = write_shape(tmp_path / f"cup{suffix}", subject.mesh, of_pieces("staves", staves()), body)
     if suffix == ".urdf":
         pybullet = pytest.importorskip("pybullet")
@@ -234,19 +234,19 @@ def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
         mujoco = pytest.importorskip("mujoco")
         model = mujoco.MjModel.from_xml_path(str(path))
         assert model.ngeom == STAVES + 2 and model.body_mass[1] == pytest.approx(0.3)
-    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert solid.count == STAVES + 1
     assert np.allclose(solid.vertices.max(axis=0), subject.high, atol=1e-6)
 
 
 def test_what_stands_still_may_be_written_concave(subject, tmp_path):
     from spherefunc_bullet.shapes.files import write_shape
-    from spherefunc_bullet.simulator.mechanics import Matter
+    from spherefunc_bullet.simulator.mechanics import Material
     from spherefunc_bullet.simulator.statics.body import body_of
 
-    body = body_of(subject.cloud, Matter())
+    body = body_of(subject.cloud, Material())
     path = write_shape(tmp_path / "cup.urdf", subject.mesh, subject.mesh, body)
-    assert next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3)))).pieces is None
+    assert next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3)))).pieces is None
     with pytest.raises(InputError, match="MuJoCo"):
         write_shape(tmp_path / "cup.xml", subject.mesh, subject.mesh, body)
 
@@ -271,15 +271,15 @@ def test_the_command_prints_its_contract(tmp_path):
 def test_free_space_is_not_bridged_by_thin_pieces(subject):
     from spherefunc_bullet.shapes.exposure import Fitting
 
-    row = row_of(subject, Fitting(subject).of(1.2), Kept())
+    row = row_of(subject, Fitting(subject).of(1.2), KeepCriteria())
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 
 def test_a_part_of_one_point_is_not_cut():
-    from spherefunc_bullet.shapes.fitting import Exposed, best_cut, part_of
+    from spherefunc_bullet.shapes.fitting import ExposedSurface, best_cut, part_of
 
     one = np.ones(1)
-    exposed = Exposed(places=np.zeros((1, 3)), outward=np.zeros((1, 3)), tolerance=one, reach=one, clear=0 * one)
+    exposed = ExposedSurface(places=np.zeros((1, 3)), outward=np.zeros((1, 3)), tolerance=one, reach=one, clear=0 * one)
     assert best_cut(part_of(np.zeros((2, 3, 3)), exposed), exposed) is None
 
 
@@ -306,7 +306,7 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     if name.endswith("xml"):
         pytest.importorskip("mujoco")
     (tmp_path / name).write_text(text)
-    first, second = loaded(tmp_path / name, Frame(up="z", units="m", shift=np.zeros(3)))
+    first, second = loaded(tmp_path / name, FileFrame(up="z", units="m", shift=np.zeros(3)))
     assert (first.name, second.name) == ("a", "b")
     assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
     assert second.vertices[:, 2].max() == pytest.approx(0.25)

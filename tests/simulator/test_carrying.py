@@ -15,7 +15,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, able_backends, require_ability
 from spherefunc_bullet.viewer import mechanics_pictures
-from spherefunc_bullet.viewer.pictures import View
+from spherefunc_bullet.viewer.pictures import CameraView
 
 pytestmark = pytest.mark.slow
 
@@ -240,7 +240,7 @@ def test_fast_says_in_one_line_that_it_cannot_carry(tmp_path):
 def test_command_prints_json_and_draws(simulator, tmp_path, monkeypatch):
     from typer.testing import CliRunner
 
-    monkeypatch.setattr(mechanics_pictures, "TILE", View(size=(90, 75)))  # a sixteenth of the rays
+    monkeypatch.setattr(mechanics_pictures, "TILE", CameraView(size=(90, 75)))  # a sixteenth of the rays
     cloud = pan(0.03, 0.035, 0.08)
     trimesh.Trimesh(cloud.mesh.vertices, cloud.mesh.faces).export(tmp_path / "cup.ply")
     arguments = ["carry", str(tmp_path / "cup.ply"), "--angles", "20,40", "--spheres", "30", "--json"]

@@ -16,7 +16,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
-from spherefunc_bullet.compare.evaluation.readings import Checks, Profiled
+from spherefunc_bullet.compare.evaluation.readings import ProfileFeatures, UseChecks
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
@@ -118,8 +118,8 @@ def test_an_evaluation_scores_what_falls_over_with_nothing():
     )
     profiles = np.repeat(np.arange(2.0), 1)[None].T[[0, 1] * 4] * np.ones((1, 2))
     classifier = FunctionClassifier(radii=(0.01,))
-    checks = Checks(fallen=np.arange(8) == 4, uses=(passed,) * 8)
-    asked = Profiled(profiles=profiles, labels=labels, classifier=classifier, checks=checks)
+    checks = UseChecks(fallen=np.arange(8) == 4, uses=(passed,) * 8)
+    asked = ProfileFeatures(profiles=profiles, labels=labels, classifier=classifier, checks=checks)
     said = asked.trial([Split(np.arange(4), np.arange(4, 8))])
     assert said.scores[0] == 0 and said.scores[2] > 0.5 > said.scores[[1, 3]].max()
     [put_down], [held] = apply_stability_check(asked, [[Split(np.arange(4), np.arange(4, 8))]])

@@ -18,11 +18,11 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.any_pose import PoseFunctions
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
-from spherefunc_bullet.simulator.mechanics import Matter, Pose, PoseSettings, able_backends, require_ability
+from spherefunc_bullet.simulator.mechanics import Material, Pose, PoseSettings, able_backends, require_ability
 from spherefunc_bullet.simulator.statics.body import body_of
 from spherefunc_bullet.simulator.statics.facets import facets_of
 from spherefunc_bullet.viewer import mechanics_pictures
-from spherefunc_bullet.viewer.pictures import View
+from spherefunc_bullet.viewer.pictures import CameraView
 
 ABLE = [name for name in sorted(backend_entry_points()) if name in able_backends("poses")]
 # Directions are spread evenly, so that shares of 100 drops are good to 0.02; the engine moves them by as much again.
@@ -104,7 +104,7 @@ def test_a_ball_has_one_pose(simulator):
 @pytest.mark.parametrize("seed", range(4))
 def test_statics_is_that_of_trimesh(seed):
     mesh = hull_of(seed)
-    body = body_of(cloud_of(mesh), Matter())
+    body = body_of(cloud_of(mesh), Material())
     facets = facets_of(body)
     shares = np.bincount(facets.rests_on, weights=facets.solid_angles(), minlength=len(facets.heights))
     hull = trimesh.convex.convex_hull(body.corners)
@@ -161,7 +161,7 @@ def test_a_body_that_never_rests_is_an_outcome():
 
 def test_mass_does_not_change_how_a_thing_lies(simulator):
     cloud = cloud_of(hull_of(3))
-    light, heavy = (simulator.poses(cloud, PoseSettings(drops=30, matter=Matter(mass=mass))) for mass in (0.01, 50.0))
+    light, heavy = (simulator.poses(cloud, PoseSettings(drops=30, matter=Material(mass=mass))) for mass in (0.01, 50.0))
     assert [pose.probability for pose in light.poses] == [pose.probability for pose in heavy.poses]
 
 
@@ -203,7 +203,7 @@ def test_settings_out_of_range_are_refused(wrong):
 @pytest.mark.parametrize("wrong", [{"mass": 0.0}, {"area_density": -1.0}, {"restitution": 1.5}, {"friction": -0.1}])
 def test_matter_out_of_range_is_refused(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
-        Matter(**wrong)
+        Material(**wrong)
 
 
 def test_a_backend_that_lacks_an_ability_says_so_in_one_line():
@@ -228,7 +228,7 @@ def test_command_prints_the_contract(tmp_path):
 
 
 def test_command_draws_a_picture_and_a_page(tmp_path, monkeypatch):
-    monkeypatch.setattr(mechanics_pictures, "TILE", View(size=(90, 75)))  # a sixteenth of the rays
+    monkeypatch.setattr(mechanics_pictures, "TILE", CameraView(size=(90, 75)))  # a sixteenth of the rays
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "brick.ply")
     picture, page = tmp_path / "poses.png", tmp_path / "poses.html"
     done = run(str(tmp_path / "brick.ply"), "--backend", "fast", "--picture", str(picture), "--page", str(page))

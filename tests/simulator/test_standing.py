@@ -18,7 +18,7 @@ from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of, needed_leg
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
-from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings, able_backends
+from spherefunc_bullet.simulator.mechanics import Material, Stance, StandSettings, able_backends
 from spherefunc_bullet.simulator.statics.body import body_of
 from spherefunc_bullet.simulator.statics.facets import facets_of
 
@@ -108,7 +108,7 @@ def test_the_engine_lets_fall_what_has_its_weight_beyond_its_foot():
     bodies = pytest.importorskip("spherefunc_bullet.bullet.bodies.falling")
     pytest.importorskip("pybullet")
     for cloud, foot, top in ((pedestal(), 0.15, 0.7), (round_pedestal(), 0.06, 1.1)):
-        body = body_of(cloud, Matter())
+        body = body_of(cloud, Material())
         beyond = np.array([-0.03, 0.002, 0.005, 0.014])
         heavy = [body.loaded(20.0, np.array([(foot + one) * (20 + body.mass) / 20, 0, top])) for one in beyond]
         stances = [stand.stance for stand in bodies.let_go(heavy, StandSettings())]
@@ -117,9 +117,9 @@ def test_the_engine_lets_fall_what_has_its_weight_beyond_its_foot():
 
 def test_no_part_of_a_foot_is_a_rest_where_the_weight_acts_beyond_the_foot():
     """A square foot is two triangles: the weight may be on the inner side of the one's edges, and beyond the foot."""
-    facets = facets_of(body_of(leaning(0.15), Matter()))
+    facets = facets_of(body_of(leaning(0.15), Material()))
     assert not (facets.normals[facets.stable][:, 2] < -0.99).any()
-    assert (facets_of(body_of(leaning(0.05), Matter())).normals[:, 2] < -0.99).any()
+    assert (facets_of(body_of(leaning(0.05), Material())).normals[:, 2] < -0.99).any()
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_same_bits_again(simulator):
 def test_a_heavier_table_carries_more(simulator):
     cloud, places = pedestal(), np.array([[0.35, 0.0, 0.7]])
     light, heavy = (
-        simulator.stands(cloud, StandSettings(load=10.0, matter=Matter(mass=mass)), places) for mass in (5.0, 50.0)
+        simulator.stands(cloud, StandSettings(load=10.0, matter=Material(mass=mass)), places) for mass in (5.0, 50.0)
     )
     assert (light.carries[0], heavy.carries[0]) == (False, True)
 

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from spherefunc_bullet.batch.folder import status
-from spherefunc_bullet.batch.ledger import DONE, Ledger, Row, RunConfig
+from spherefunc_bullet.batch.ledger import DONE, Ledger, LedgerRow, RunConfig
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 SETTINGS = '{"loading": {"units": "m", "up": "z"}, "max_spheres": 20000, "miss_limit": 50, "version": "3"}'
 
 
-def filled(ledger: Ledger, rows: int) -> list[Row]:
+def filled(ledger: Ledger, rows: int) -> list[LedgerRow]:
     """Have a ledger of so many rows, half of them done; return those."""
     objects = [f"shelf_{number % 100:02d}/object_{number:08d}.glb" for number in range(rows // len(RADII))]
     ways = [ledger.number(RunConfig(backend="fast", settings=SETTINGS, radius=radius, seed=0)) for radius in RADII]
@@ -23,7 +23,7 @@ def filled(ledger: Ledger, rows: int) -> list[Row]:
     about = {"outcome": DONE, "run": "0" * 64, "content": "1" * 64, "digest": "2" * 64, "source": "123456 " + "7" * 19}
     about |= {"settled": 500, "drops": 1500, "seconds": 0.1, "memory": 2**28, "bytes": 5000, "kept": 7 * 10**18}
     done = [
-        Row(object=name, way=way, finished=1.7e9 + number, **about)
+        LedgerRow(object=name, way=way, finished=1.7e9 + number, **about)
         for number, name in enumerate(objects[: len(objects) // 2])
         for way in ways
     ]

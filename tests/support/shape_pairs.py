@@ -18,7 +18,7 @@ from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
 from spherefunc_bullet.formats.sources import joined_meshes
 from spherefunc_bullet.shapes.comparison import Subject, row_of
-from spherefunc_bullet.shapes.rows import Kept
+from spherefunc_bullet.shapes.rows import KeepCriteria
 from spherefunc_bullet.shapes.solid import Solid, dense_points, hull_of, of_pieces, surface
 from spherefunc_bullet.shapes.spaces import WIDE
 
@@ -122,7 +122,7 @@ def main():
             subject = Subject(load_cloud(item.path))
             asked = pairs(subject, label, random) if whole else handle_pairs(subject) if label == "cup" else ()
             for kind, lost, solid in asked:
-                row = row_of(subject, solid, Kept())
+                row = row_of(subject, solid, KeepCriteria())
                 said.append((kind, lost, not row.keeps))
                 say(f"{item.path.name}, {kind}, {'right' if row.keeps != lost else 'WRONG'}: {row.verdict}")
     report(said)

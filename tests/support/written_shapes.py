@@ -27,7 +27,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.shapes.compared import compare_shapes
 from spherefunc_bullet.shapes.files import FIRM, write_shape
 from spherefunc_bullet.shapes.solid import Solid, of_pieces
-from spherefunc_bullet.simulator.mechanics import Matter
+from spherefunc_bullet.simulator.mechanics import Material
 from spherefunc_bullet.simulator.statics.body import body_of
 
 SIDE, STEP, SECONDS, NEAR = 14, 1 / 480, 1.5, 1.25  # spheres along a side, s, s of a fall, radii
@@ -204,7 +204,7 @@ def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     on_mesh, rest = (spread(ends[ends[:, 2] > 1.3 * radius]) for ends in bullet[:2])
     rest = rest if len(rest) else on_mesh
     boxes, centers = ideal(mesh.supports(on_mesh), radius)
-    body = body_of(shapes.subject.cloud, Matter())
+    body = body_of(shapes.subject.cloud, Material())
     engines.append(Plain(write_shape(folder / f"{path.stem}_ideal.urdf", seen, boxes, body), visual, radius))
     away = on_mesh + [AIR * radius, 0, AIR * radius]
     held = [mesh.steps(on_mesh), other.steps(rest), empty.steps(away), engines[-1].steps(centers)]

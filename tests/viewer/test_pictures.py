@@ -8,18 +8,18 @@ import trimesh
 from PIL import Image
 
 from spherefunc_bullet.compare.demo.gallery import captioned, tiled
-from spherefunc_bullet.scenes.report.picture import Mark, draw_marks, look_at, span
+from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, look_at, span
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.pictures import (
     CUT_COLOUR,
     OBJECT_COLOUR,
-    View,
+    CameraView,
     camera_rays,
     drawn_box,
     render,
 )
 
-FROM_ABOVE = View(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)
+FROM_ABOVE = CameraView(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)
 
 
 def plate() -> trimesh.Trimesh:
@@ -50,7 +50,7 @@ def coloured(image) -> np.ndarray:
     return np.maximum(green, blue) > 1.25 * red
 
 
-def pixel(point, view: View, low, high) -> tuple[int, int]:
+def pixel(point, view: CameraView, low, high) -> tuple[int, int]:
     """Return row and column of the ray that passes nearest to a point."""
     rays = camera_rays(view, low, high)
     origins, directions = rays.origins, rays.directions
@@ -86,8 +86,8 @@ def dark_blue(image) -> np.ndarray:
 
 def test_a_cut_shows_what_is_inside_and_the_walls_material():
     mesh, centers = open_box(), np.array([[0.0, 0.1, 0.05], [0.1, 0.1, 0.05], [0.0, 0.1, 0.15]])
-    level = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1)
-    cut = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
+    level = CameraView(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1)
+    cut = CameraView(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
     closed, opened = (render(mesh.vertices, mesh.faces, centers, 0.03, view) for view in (level, cut))
     assert not coloured(closed).any()  # the walls are twice as high as the spheres
     assert coloured(opened).sum() > 50
@@ -98,7 +98,7 @@ def test_a_cut_shows_what_is_inside_and_the_walls_material():
 
 def test_a_cut_takes_whole_spheres_away():
     front = np.array([[0.0, -0.1, 0.05]])
-    cut = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
+    cut = CameraView(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
     mesh = open_box()
     assert not coloured(render(mesh.vertices, mesh.faces, front, 0.03, cut)).any()
 
@@ -134,7 +134,9 @@ def test_the_texts_of_boxes_at_one_place_stand_above_each_other():
     for number, colours in enumerate(((red,), (red, green, blue))):
         image = Image.new("RGB", camera.size, (252, 252, 252))
         # The first box alone tells how much ink its text has; a box of no size has no lines that could hide it.
-        draw_marks(image, camera, [Mark(corners=corners[:1].repeat(8, axis=0), colour=c, text="cup") for c in colours])
+        draw_marks(
+            image, camera, [BoxMark(corners=corners[:1].repeat(8, axis=0), colour=c, text="cup") for c in colours]
+        )
         inked[number] = (np.asarray(image) == red).all(axis=2).sum()
     assert inked[1] >= 0.7 * inked[0] > 0
 
@@ -144,7 +146,7 @@ def test_a_picture_shows_whole_boxes_where_the_scan_has_points_of_a_part_alone(a
     """A table's box stands on the floor, also where a camera saw the top alone."""
     top = np.random.default_rng(0).uniform([-0.7, -0.4, 0.74], [0.7, 0.4, 0.76], (2000, 3))
     legs = np.array(np.meshgrid([-0.7, 0.7], [-0.4, 0.4], [0.0, 0.75], indexing="ij")).reshape(3, 8).T
-    camera = look_at(*span(top, [Mark(corners=legs, colour=(0, 0, 0), text="table")]), azimuth_deg, (800, 600))
+    camera = look_at(*span(top, [BoxMark(corners=legs, colour=(0, 0, 0), text="table")]), azimuth_deg, (800, 600))
     pixels = camera.project(legs)[:, :2]
     assert ((pixels >= 0) & (pixels <= camera.size)).all()
     alone = look_at(*span(top, []), azimuth_deg, (800, 600)).project(legs)[:, :2]

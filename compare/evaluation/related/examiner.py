@@ -33,7 +33,7 @@ from scipy import ndimage
 from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
-from ..evaluation import Reading, Trial
+from ..evaluation import FeatureMethod, Trial
 from ..features import of_each
 from ..protocol import Labels, Split
 from .rules import NOTHING, TopView, functions_by_rules, top_view
@@ -148,7 +148,7 @@ RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": examine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fixed(Reading):
+class FixedScores(FeatureMethod):
     """All objects' scores, which no training changes."""
 
     method = CUBES
@@ -166,13 +166,13 @@ class Fixed(Reading):
         return trials
 
 
-def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, Fixed]:
+def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, FixedScores]:
     """Return what the baselines of related work say of objects; functions that they do not know score 0."""
     return {name: fixed(classify, records, labels) for name, classify in RELATED.items()}
 
 
-def fixed(classify: Classify, records: Sequence[ObjectRecord], labels: Labels) -> Fixed:
+def fixed(classify: Classify, records: Sequence[ObjectRecord], labels: Labels) -> FixedScores:
     """Return one baseline's scores of objects."""
     said = of_each(classify, records)
     scores = [[float(function in functions) for function in labels.functions] for functions in said]
-    return Fixed(scores=np.array(scores).reshape(len(records), len(labels.functions)), labels=labels)
+    return FixedScores(scores=np.array(scores).reshape(len(records), len(labels.functions)), labels=labels)

@@ -37,14 +37,14 @@ from spherefunc_bullet.settling.records import passed
 
 from ..evaluation import Trial
 from ..protocol import Labels, Split, labels_of
-from ..readings import Checks, Profiled, spheres_profiled, sure_across_sources
+from ..readings import ProfileFeatures, UseChecks, spheres_profiled, sure_across_sources
 
 WHOLE = "whole objects"
 COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answered:
+class HeldOutAnswers:
     """What is said of objects of sources that were not learnt."""
 
     trial: Trial
@@ -65,7 +65,7 @@ def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
 
 def profiled_with_model(
     model: CloudClassifier, dataset: Dataset, dropping: Dropping, jobs: int, failures: Failures
-) -> Profiled:
+) -> ProfileFeatures:
     """Return the quantities of a data set's objects that a model has kept, and what checks those of sources.
 
     Raises
@@ -82,15 +82,15 @@ def profiled_with_model(
     checked = simulate_dataset(of_sources, replace(dropping, radii=()), jobs=jobs, failed=failures.add)
     records = {record.path: record for record in checked.records}
     known = [records.get(item.path) for item in dataset.objects]
-    checks = Checks(
+    checks = UseChecks(
         fallen=np.array([one is not None and one.falls_over for one in known]),
         uses=tuple(passed if one is None else one.check for one in known),
     )
     classifier = FunctionClassifier(radii=model.radii)
-    return Profiled(profiles=model.profiles_, labels=labels_of(dataset), classifier=classifier, checks=checks)
+    return ProfileFeatures(profiles=model.profiles_, labels=labels_of(dataset), classifier=classifier, checks=checks)
 
 
-def answered(read: Profiled, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> Answered:
+def answered(read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> HeldOutAnswers:
     """Return what is said of the objects of each source when it is left out."""
     sources = np.array(sources_of(objects))
     rows = np.arange(len(objects))
@@ -99,11 +99,11 @@ def answered(read: Profiled, objects: Sequence[DatasetObject], kinds: dict[str, 
     return described(read.trial(splits), read.labels, objects, kinds)
 
 
-def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> Answered:
+def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> HeldOutAnswers:
     """Return answers with what is known of each object: of which kind of copy it is, of what, and its data set."""
     names, originals = distinct_names(objects)
     of = {name: function_of(item) or NONE for name, item in zip(names, objects, strict=True) if not item.of}
-    return Answered(
+    return HeldOutAnswers(
         trial=trial,
         labels=labels,
         kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
@@ -112,7 +112,7 @@ def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], ki
     )
 
 
-def report_of(said: Answered) -> dict[str, Any]:
+def report_of(said: HeldOutAnswers) -> dict[str, Any]:
     """Return F-measures of whole objects, in all and of each data set, their errors, and the shares of every kind."""
     trial, labels, wrong = said.trial, said.labels, said.trial.wrong(said.labels)
     kinds, originals, folders = (each[trial.rows] for each in (said.kinds, said.originals, said.folders))

@@ -33,7 +33,7 @@ from spherefunc_bullet.settling.settling import settle
 from ..evaluation import Trial
 from ..features import SPHERES
 from ..protocol import Labels, Split, labels_of, sources_or_halves
-from ..readings import Profiled, Reading, readings, sure_across_sources
+from ..readings import FeatureMethod, ProfileFeatures, readings, sure_across_sources
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)
@@ -47,7 +47,7 @@ Corruptions = dict[str, dict[str, Rates]]  # by kind, then severity
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class CorruptedSet:
     """Whole objects first, what sensors make of some of them after them."""
 
     simulated: Simulated  # both
@@ -91,14 +91,14 @@ def corruption_rates(
     return of_spheres
 
 
-def as_sure(read: Reading, asked: Asked) -> Reading:
+def as_sure(read: FeatureMethod, asked: CorruptedSet) -> FeatureMethod:
     """Return what is as sure as it was right about sources that were not learnt, where it learns that at all."""
-    return sure_across_sources(read, asked.simulated.objects) if isinstance(read, Profiled) else read
+    return sure_across_sources(read, asked.simulated.objects) if isinstance(read, ProfileFeatures) else read
 
 
 def asked_of(
     learnt: Simulated, tested: Simulated | None, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
-) -> Asked:
+) -> CorruptedSet:
     """Return whole objects, and their corrupted clouds with the spheres that fell on these."""
     whole = learnt if tested is None else learnt + tested
     first = 0 if tested is None else len(learnt.objects)
@@ -113,7 +113,7 @@ def asked_of(
     both = whole + Simulated(learnt.name, *map(tuple, copies))
     kinds = [(kind, severity) for _, kind, severity, _ in made]
     originals = np.array([row for row, *_ in made], int)
-    return Asked(simulated=both, whole=len(whole.objects), originals=originals, kinds=kinds)
+    return CorruptedSet(simulated=both, whole=len(whole.objects), originals=originals, kinds=kinds)
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
@@ -143,7 +143,7 @@ def record_of(points: np.ndarray, item: DatasetObject, dropping: Dropping) -> Ob
     return ObjectRecord(path=item.path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 
 
-def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:
+def splits_of(asked: CorruptedSet, learnt: int | None, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test corrupted clouds of others."""
     labels = labels_of(asked.simulated)
     if learnt is not None:
@@ -153,7 +153,7 @@ def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:
     return [split for split in splits if len(split.test)]
 
 
-def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
+def rates_of(asked: CorruptedSet, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
     """Return the rates of one feature."""
     rows = np.concatenate([trial.rows for trial in trials])
     predicted = np.concatenate([trial.predicted for trial in trials])

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..levels import Level
+from ..levels import LevelPart
 from ..specimen import Specimen, box
 
 COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
@@ -14,7 +14,7 @@ STRIP = 0.05  # metres of height of which a back has one thickness
 THICKEST = 0.25  # metres of a back: what lies farther before its rear is an arm, or the seat
 
 
-def coat_over_back(specimen: Specimen, seat: Level, rng: np.random.Generator) -> np.ndarray:
+def coat_over_back(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> np.ndarray:
     """Return the triangles (K, 3, 3) of a jacket that hangs over the middle of a seat's back."""
     wide, thick, down = np.array(COAT) * rng.uniform(0.8, 1.3, 3)
     toward, points = specimen.back, specimen.cloud.points

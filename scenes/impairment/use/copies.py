@@ -7,68 +7,68 @@ from functools import partial
 import numpy as np
 
 from ...household.parts import solids
-from ..levels import Level, find_level
+from ..levels import LevelPart, find_level
 from ..specimen import FUNCTIONS, NONE, Specimen, kinds, needs
-from ..surfaces import Surface
+from ..surfaces import ObjectSurface
 from ..tops import spiked
 from . import cups, sensed
 from .coat import coat_over_back
-from .placing import Placed, bag, book, small_object, upright_box, with_objects
+from .placing import LoadedLevel, bag, book, small_object, upright_box, with_objects
 
 SPIKE = (0.06, 0.14)  # metres high, and
 PITCH = (0.05, 0.1)  # metres apart
 BESIDE = 0.5  # metres from one who sits to the next
 
 
-def centred(surface: Surface, seat: Level, triangles: np.ndarray, rng: np.random.Generator) -> Surface:
+def centred(surface: ObjectSurface, seat: LevelPart, triangles: np.ndarray, rng: np.random.Generator) -> ObjectSurface:
     """Return a seat with something put down about its middle, whether it reaches over the edge or not."""
-    placed = Placed(surface, seat)
+    placed = LoadedLevel(surface, seat)
     if placed.put(triangles, rng, near=seat.box.mean(axis=0)) or placed.put(triangles, rng):
         return placed.joined()
-    return surface.joined(Surface(triangles + [*seat.box.mean(axis=0), seat.height]))
+    return surface.joined(ObjectSurface(triangles + [*seat.box.mean(axis=0), seat.height]))
 
 
 @needs("level", triangles=True)
-def with_book(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def with_book(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Leave a book or a newspaper on the seat."""
     return centred(specimen.surface, seat, book(rng), rng)
 
 
 @needs("level", triangles=True)
-def with_cushion(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def with_cushion(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Put a cushion on the seat, of nearly its size."""
     size = np.minimum((seat.box[1] - seat.box[0]) * rng.uniform(0.6, 0.98, 2), rng.uniform(0.35, 0.6))
     mesh = solids.cushion(*size, rng.uniform(0.03, 0.12), crown=rng.uniform(0, 0.02))
     shift = [*seat.box.mean(axis=0), seat.height - 0.005]
-    return specimen.surface.joined(Surface(np.asarray(mesh.triangles) + shift))
+    return specimen.surface.joined(ObjectSurface(np.asarray(mesh.triangles) + shift))
 
 
 @needs("level", triangles=True)
-def with_bag(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
+def with_bag(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Leave a bag or a soft toy on the seat, somewhere."""
-    placed, triangles = Placed(specimen.surface, seat), bag(rng) * rng.uniform(0.7, 1.0)
+    placed, triangles = LoadedLevel(specimen.surface, seat), bag(rng) * rng.uniform(0.7, 1.0)
     return placed.joined() if placed.put(triangles, rng) else centred(specimen.surface, seat, triangles, rng)
 
 
 @needs("level", triangles=True)
-def with_coat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def with_coat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Hang a jacket over the back, or drop it on the seat where there is no back."""
     surface = specimen.surface
     if specimen.back is None:
         heap = solids.ellipsoid(rng.uniform(0.25, 0.45), rng.uniform(0.2, 0.4), rng.uniform(0.06, 0.14))
-        return surface.joined(Surface(np.asarray(heap.triangles) + [*seat.box.mean(axis=0), seat.height]))
-    return surface.joined(Surface(coat_over_back(specimen, seat, rng)))
+        return surface.joined(ObjectSurface(np.asarray(heap.triangles) + [*seat.box.mean(axis=0), seat.height]))
+    return surface.joined(ObjectSurface(coat_over_back(specimen, seat, rng)))
 
 
 @needs("level", triangles=True)
-def spikes_on_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
+def spikes_on_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Cover the seat with pyramids, side by side."""
     pitch = rng.uniform(*PITCH)
     return spiked(specimen.surface, seat, pitch, lambda count: rng.uniform(*SPIKE) * rng.uniform(0.9, 1.1, count))
 
 
 @needs("level", triangles=True)
-def taken(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
+def taken(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
     """Seat persons until nobody else has room: thighs, trunk and head, shins down to the ground."""
     toward = np.array([0.0, 1.0]) if specimen.back is None else specimen.back
     scale, thighs, trunk = rng.uniform(0.85, 1.1), np.array([0.36, 0.46, 0.15]), np.array([0.42, 0.24, 0.56])
@@ -78,10 +78,10 @@ def taken(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     sideways = np.array([[toward[1], toward[0], 0], [-toward[0], toward[1], 0], [0, 0, 1]])
     person = scale * np.concatenate(parts) @ sideways.T
     people = [person + [*place, seat.height - 0.01] for place in places_to_sit(seat, toward)]
-    return specimen.surface.joined(Surface(np.concatenate(people)))
+    return specimen.surface.joined(ObjectSurface(np.concatenate(people)))
 
 
-def places_to_sit(seat: Level, toward: np.ndarray) -> list[np.ndarray]:
+def places_to_sit(seat: LevelPart, toward: np.ndarray) -> list[np.ndarray]:
     """Return where people sit (2,) on a seat whose back is that way: in its middle, and beside each other, metres."""
     cells, middle = seat.grid.places(seat.flat), seat.box.mean(axis=0)
     places = [middle]
@@ -98,7 +98,7 @@ SHOWN = 0.35  # of the level's cells: from behind a chair nobody sees the seat
 EVERYTHING = (*FUNCTIONS, NONE)
 
 
-def laden(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+def laden(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface | None:
     """Put one to five objects on an object without a function, if it has a level."""
     if specimen.surface.is_cloud or specimen.surface.size[:2].min() < 0.15:
         return None
@@ -109,7 +109,7 @@ def laden(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
 
 def as_sensed(
     specimen: Specimen, rng: np.random.Generator, corrupt: sensed.Corrupt, least: float, most: float
-) -> Surface | None:
+) -> ObjectSurface | None:
     """Return points of an object, corrupted between two severities, evenly by their logarithm.
 
     None where those of the seat or the top are not among them.
@@ -118,7 +118,7 @@ def as_sensed(
         how = float(np.exp(rng.uniform(np.log(least), np.log(most))))
         points = corrupt(specimen.cloud.points, how, rng)
         if len(points) >= sensed.LEFT and shows_level(specimen, points):
-            return Surface(points=points)
+            return ObjectSurface(points=points)
     return None
 
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from ...household.furniture.chairs import CHAIRS
 from ...household.parts import solids
-from ..levels import Cavity, Level
+from ..levels import Cavity, LevelPart
 from ..specimen import Specimen, box, circle, level_direction, loft, needs, turn
-from ..surfaces import Surface
-from .placing import Placed, made, small_object, upright_box, with_objects
+from ..surfaces import ObjectSurface
+from .placing import LoadedLevel, made, small_object, upright_box, with_objects
 
 SPOON = (0.12, 0.19)  # metres long
 FULL = (0.2, 0.55)  # of the way from the cavity's floor to its brim, where liquid stands
@@ -18,7 +18,7 @@ FINGER = 0.008  # metres, the radius
 
 
 @needs("cavity", triangles=True)
-def with_spoon(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def with_spoon(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Leave a spoon or a straw in the cup, leaning on the rim."""
     out, length = np.array([*level_direction(rng.uniform(0, 2 * np.pi)), 0.0]), rng.uniform(*SPOON)
     depth, wide = cup.brim - cup.floor, float(np.median(cup.radii))
@@ -29,20 +29,20 @@ def with_spoon(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Sur
     if rng.uniform() < 0.7:
         bowl = min(0.018, 0.5 * wide)
         parts.append(solids.ellipsoid(1.3 * bowl, 1.3 * bowl, 0.008, *(foot + [0, 0, 0.003])))
-    return specimen.surface.joined(Surface(np.concatenate([part.triangles for part in parts])))
+    return specimen.surface.joined(ObjectSurface(np.concatenate([part.triangles for part in parts])))
 
 
 @needs("cavity", triangles=True)
-def with_liquid(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def with_liquid(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Fill the cup a quarter to half, with something level and solid."""
     level = cup.floor + rng.uniform(*FULL) * (cup.brim - cup.floor)
     heights = np.linspace(cup.floor - 0.002, level, 6)
     rings = [circle(cup.axis, np.interp(height, cup.heights, cup.radii), height) for height in heights]
-    return specimen.surface.joined(Surface(loft(rings)))
+    return specimen.surface.joined(ObjectSurface(loft(rings)))
 
 
 @needs("cavity", triangles=True)
-def on_saucer(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def on_saucer(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Stand the cup on a saucer or a coaster."""
     surface = specimen.surface
     foot = surface.centres[surface.centres[:, 2] < surface.bounds[0, 2] + 0.1 * surface.size[2]]
@@ -51,11 +51,11 @@ def on_saucer(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surf
     profile = [(0, 0), (0.4 * radius, 0), (radius, rise), (radius, rise + 0.003), (0.45 * radius, 0.006), (0, 0.006)]
     saucer = solids.lathe(profile, sections=32)
     lift = [*cup.axis, surface.bounds[0, 2] - 0.0058]
-    return surface.joined(Surface(np.asarray(saucer.triangles) + lift))
+    return surface.joined(ObjectSurface(np.asarray(saucer.triangles) + lift))
 
 
 @needs("cavity", triangles=True)
-def held(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
+def held(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
     """Close a hand's fingers about the wall: four on one side, a thumb on the other."""
     surface = specimen.surface
     start, count = rng.uniform(0, 2 * np.pi), 4
@@ -70,7 +70,7 @@ def held(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
         ring = cup.axis + (wide + FINGER) * np.column_stack([np.cos(angles), np.sin(angles)])
         path = np.column_stack([ring, np.full(7, surface.bounds[0, 2] + height)])
         parts.append(solids.tube(path, FINGER, sections=8).triangles)
-    return surface.joined(Surface(np.concatenate(parts)))
+    return surface.joined(ObjectSurface(np.concatenate(parts)))
 
 
 FREE = 0.1  # metres, a hand's breadth: less than that is left free of a table that is full
@@ -81,14 +81,14 @@ CHAIRS_HIGH = 0.55  # metres, a top under which chairs go
 
 
 @needs("level", triangles=True)
-def laid(specimen: Specimen, top: Level, rng: np.random.Generator, least: int, most: int) -> Surface | None:
+def laid(specimen: Specimen, top: LevelPart, rng: np.random.Generator, least: int, most: int) -> ObjectSurface | None:
     """Put so many objects on the top, as many as have room there."""
     objects = [small_object(rng) for _ in range(rng.integers(least, most + 1))]
     return with_objects(specimen.surface, top, objects, rng)
 
 
 @needs("level", triangles=True)
-def full(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def full(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Cover the top with boxes of all heights, so that no hand's breadth of it is free."""
     (x, y), high = top.box
     boxes = []
@@ -103,11 +103,11 @@ def full(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | 
                 boxes.append(body)
             left += wide
         y += deep
-    return specimen.surface.joined(Surface(np.concatenate(boxes))) if boxes else None
+    return specimen.surface.joined(ObjectSurface(np.concatenate(boxes))) if boxes else None
 
 
 @needs("level", triangles=True)
-def chairs_under(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def chairs_under(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Push one to four chairs under the table, as far as they go."""
     if top.height < CHAIRS_HIGH:
         return None
@@ -119,24 +119,24 @@ def chairs_under(specimen: Specimen, top: Level, rng: np.random.Generator) -> Su
         half = (top.box[1] - top.box[0]) / 2 @ np.abs(out[:2])
         middle = np.array([*top.box.mean(axis=0), 0]) + out * (half + reach * rng.uniform(-0.2, 0.8))
         parts.append(chair @ (away @ turn(np.array([0, 0, 1.0]), np.pi)).T + middle)
-    return specimen.surface.joined(Surface(np.concatenate(parts)))
+    return specimen.surface.joined(ObjectSurface(np.concatenate(parts)))
 
 
 @needs("level", triangles=True)
-def at_wall(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def at_wall(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Stand the table against a piece of wall, with something on it or not."""
     low, high = specimen.surface.bounds
     axis, side = int((high - low)[:2].argmin()), rng.choice([0, 1])
     start, end = low - [0.05, 0.05, 0], np.array([*(high[:2] + 0.05), high[2] + rng.uniform(0.2, 1.2)])
     start[axis], end[axis] = (high[axis], high[axis] + 0.05) if side else (low[axis] - 0.05, low[axis])
-    placed = Placed(specimen.surface, top, parts=[box(start, end)])
+    placed = LoadedLevel(specimen.surface, top, parts=[box(start, end)])
     for _ in range(rng.integers(0, 3)):
         placed.put(small_object(rng), rng)
     return placed.joined()
 
 
 @needs("level", triangles=True)
-def cloth(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
+def cloth(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Lay a cloth or a mat over a part of the top."""
     size = (top.box[1] - top.box[0]) * rng.uniform(0.3, 0.8, 2)
     return with_objects(specimen.surface, top, [upright_box(np.array([*size, 0.004]))], rng)

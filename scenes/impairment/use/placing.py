@@ -13,20 +13,20 @@ from ...household.wares.containers import BOWLS, CONTAINERS, DISHES
 from ...household.wares.cups import CUPS
 from ...household.wares.devices import DEVICES
 from ...household.wares.lamps import LAMPS, PLANTS
-from ..levels import Level
+from ..levels import LevelPart
 from ..specimen import box, circle, loft, turn
-from ..surfaces import Surface
+from ..surfaces import ObjectSurface
 
 TRIES = 30  # places and headings that are tried for each
 BESIDE = 0.01  # metres between neighbours' circles
 
 
 @dataclass(eq=False)
-class Placed:
+class LoadedLevel:
     """What lies on a level."""
 
-    surface: Surface
-    level: Level
+    surface: ObjectSurface
+    level: LevelPart
     parts: list[np.ndarray] = field(default_factory=list)  # triangles (T, 3, 3)
     circles: list[tuple[np.ndarray, float]] = field(default_factory=list)  # middle (2,), radius, metres
 
@@ -65,16 +65,16 @@ class Placed:
     def _reach(corners: np.ndarray, middle: np.ndarray) -> float:
         return 0.9 * float(np.linalg.norm(corners - middle, axis=1).max())
 
-    def joined(self) -> Surface | None:
+    def joined(self) -> ObjectSurface | None:
         """Return the surface with all that was put down; None where nothing was."""
-        return self.surface.joined(Surface(np.concatenate(self.parts))) if self.parts else None
+        return self.surface.joined(ObjectSurface(np.concatenate(self.parts))) if self.parts else None
 
 
 def with_objects(
-    surface: Surface, level: Level, objects: Iterable[np.ndarray], rng: np.random.Generator
-) -> Surface | None:
+    surface: ObjectSurface, level: LevelPart, objects: Iterable[np.ndarray], rng: np.random.Generator
+) -> ObjectSurface | None:
     """Return a surface with objects, triangles (T, 3, 3) about the origin, put down on a level; None without room."""
-    placed = Placed(surface, level)
+    placed = LoadedLevel(surface, level)
     for triangles in objects:
         placed.put(triangles, rng)
     return placed.joined()

@@ -31,14 +31,14 @@ CYCLES = 1  # of shaking along each axis
 
 
 @dataclass(frozen=True, eq=False)
-class Phase:
+class MotionPhase:
     """A part of the way."""
 
     gravity: np.ndarray  # (L, 3) in g
     shaken: bool
 
 
-def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[Phase]:
+def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[MotionPhase]:
     """Yield a phase for each angle, and the last one: back, shaken, and set down; the radius in metres.
 
     At each angle the object leans to every side in turn, as one that is tilted about every axis.
@@ -51,10 +51,10 @@ def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[Pha
         still = np.full(wait, angle)
         angles = np.concatenate([lean, still, np.full(len(turn), angle), still])
         headings = np.concatenate([np.zeros(len(lean) + wait), turn, np.zeros(wait)])
-        yield Phase(tilted(angles, headings), shaken=False)
+        yield MotionPhase(tilted(angles, headings), shaken=False)
         before = angle
     back = np.linspace(before, 0, wait)
-    yield Phase(np.concatenate([tilted(back, np.zeros(wait)), shaken(settings, radius)]), shaken=True)
+    yield MotionPhase(np.concatenate([tilted(back, np.zeros(wait)), shaken(settings, radius)]), shaken=True)
 
 
 def tilted(angle_deg: np.ndarray, heading_deg: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ class Filling:
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class CarryOutcome:
     """What stayed."""
 
     counts: list[int]  # after each phase
@@ -124,7 +124,7 @@ def filling_of(result: DropResult, radius: float, basin: Basin, fill: float) -> 
 
 def carry_filled(
     physics: Physics, shape: CollisionShape, basin: Basin, filling: Filling, settings: CarrySettings, radius: float
-) -> Kept:
+) -> CarryOutcome:
     """Return what an object keeps of its filling; the radius in metres, which says how fast a frequency in Hz is.
 
     Raises
@@ -179,7 +179,7 @@ class Carriage:
         for body in world.air:
             p.setCollisionFilterGroupMask(body, -1, SPHERE, both, **engine)
 
-    def carried(self, settings: CarrySettings, radius: float) -> Kept:
+    def carried(self, settings: CarrySettings, radius: float) -> CarryOutcome:
         """Return what is kept of the spheres."""
         counts = []
         for phase in phases(settings, len(self.seen), radius):
@@ -189,7 +189,7 @@ class Carriage:
                     break
                 self.advance(gravity)
             counts.append(len(self.world.air))
-        return Kept(counts, self.seen if self.world.air else np.empty((0, 3)), self.crossed)
+        return CarryOutcome(counts, self.seen if self.world.air else np.empty((0, 3)), self.crossed)
 
     def damp(self, damping: float):
         """Have spheres lose a share of their speed in a unit of time."""
@@ -224,7 +224,7 @@ class Carriage:
 
 
 def carry_result(
-    kept: Kept | None,
+    kept: CarryOutcome | None,
     filling: Filling,
     basin: Basin,
     radius: float,

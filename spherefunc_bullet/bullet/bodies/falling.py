@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...simulator.mechanics import Matter, Pose, PoseSettings, Stance, StandSettings
+from ...simulator.mechanics import Material, Pose, PoseSettings, Stance, StandSettings
 from ...simulator.statics.body import Body
 from ...simulator.statics.facets import Facets, at_rest, counted, facets_of, stable_poses, turned_down
-from ...simulator.statics.standing import Stand, let_down, stance_at
+from ...simulator.statics.standing import StandState, let_down, stance_at
 from ..engine import Engine, pybullet
 
 STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
@@ -65,7 +65,7 @@ class Rests:
 class ParallelDropWorld(Engine):
     """An engine with a level ground."""
 
-    def __init__(self, matter: Matter):
+    def __init__(self, matter: Material):
         super().__init__(fixedTimeStep=STEP * SUB_STEPS, numSubSteps=SUB_STEPS, numSolverIterations=ITERATIONS)
         p, self.matter = pybullet(), matter
         p.setGravity(0, 0, -1, **self.engine)
@@ -182,7 +182,7 @@ def even_rotations(count: int, seed: int) -> np.ndarray:
     return np.array([turned_down(direction) for direction in down])
 
 
-def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
+def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]:
     """Return what becomes of bodies that are let go on the ground in the pose they came in, each by itself."""
     frees, facets = [free_body(body) for body in bodies], [facets_of(body) for body in bodies]
 
@@ -200,8 +200,8 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
     return [stand_of(rests, k, of_one, settings) for k, of_one in enumerate(facets)]
 
 
-def stand_of(rests: Rests, k: int, facets: Facets, settings: StandSettings) -> Stand:
+def stand_of(rests: Rests, k: int, facets: Facets, settings: StandSettings) -> StandState:
     """Return what became of one body."""
     if not rests.rested[k]:
-        return Stand(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan), flat=False)
+        return StandState(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan), flat=False)
     return stance_at(facets, rests.down[k], settings)

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...clouds.cloud import Cloud
-from ...simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
+from ...simulator.proofs import PourUse, ProofResult, ProofSettings, PutUse, SitUse, Use
 from .setting_down import put_down
 from .sitter import sat_down
 from .stage import Stage
 from .stream import poured
 
 
-def proved(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[Verdict]:
+def proved(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[ProofResult]:
     """Return what became of each use of an object, which stands still."""
     with Stage(cloud, settings.friction) as stage:
         return [used(stage, use, settings, seed) for use in uses]
 
 
-def used(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> Verdict:
+def used(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> ProofResult:
     """Return what became of one use."""
     match use:
         case SitUse():

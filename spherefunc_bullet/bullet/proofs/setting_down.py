@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...simulator.mechanics import Matter
-from ...simulator.proofs import HELD, ProofSettings, PutUse, Verdict
+from ...simulator.mechanics import Material
+from ...simulator.proofs import HELD, ProofResult, ProofSettings, PutUse
 from ...simulator.statics.body import Body, body_of
 from ..engine import pybullet
 from .stage import G, Stage
@@ -18,9 +18,9 @@ LIGHT = 0.3  # of its weight: a harder push would slide what is light wherever i
 MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: more is not where it was put
 
 
-def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
+def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> ProofResult:
     """Return what becomes of an object that is put down."""
-    p, free = pybullet(), body_of(use.cloud, Matter())
+    p, free = pybullet(), body_of(use.cloud, Material())
     shape = p.createCollisionShape(p.GEOM_MESH, vertices=(free.corners - free.center).tolist(), **stage.engine)
     start = use.pose[:3, :3] @ free.center + use.pose[:3, 3]
     turn = Rotation.from_matrix(use.pose[:3, :3])
@@ -35,7 +35,7 @@ def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
         moved, tilt = looked_at(stage, body, start, turn, settings.put_time / 2)
     p.removeBody(body, **stage.engine)
     why = "tipped" if tilt > TILTED_DEG else "slid" if moved > MOVED else HELD
-    return Verdict(held=why == HELD, why=why, moved=moved, tilt_deg=tilt)
+    return ProofResult(held=why == HELD, why=why, moved=moved, tilt_deg=tilt)
 
 
 def inertia_of(free: Body) -> list[float]:

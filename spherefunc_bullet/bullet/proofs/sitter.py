@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 
 import numpy as np
 
-from ...simulator.proofs import HELD, ProofSettings, SitUse, Verdict
+from ...simulator.proofs import HELD, ProofResult, ProofSettings, SitUse
 from ..engine import pybullet
 from .stage import Stage, tilt_of
 
@@ -23,7 +23,7 @@ BREADTH = 0.08  # metres, a hand's: what carries on less is no seat
 SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres in a second
 
 
-def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
+def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
     """Return what becomes of a person who sits down, and is then pushed from behind, the sides and the front."""
     p, scale = pybullet(), settings.person / TALL
     start = np.array(use.position) + [0, 0, ABOVE]
@@ -44,7 +44,7 @@ def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
     return verdict
 
 
-def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
+def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> ProofResult:
     """Return how a person sits now."""
     p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
@@ -57,7 +57,7 @@ def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
     tilt = tilt_of(turned)
     tipped = tilt > (RECLINED_DEG if reclined else TIPPED_DEG)
     why = why_not(moved, tipped, float(np.linalg.norm(speed)), spread, scale)
-    return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
+    return ProofResult(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
 
 
 def hold(stage: Stage, body: int, scale: float):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...simulator.proofs import HELD, PourUse, ProofSettings, Verdict
+from ...simulator.proofs import HELD, PourUse, ProofResult, ProofSettings
 from ..engine import pybullet
 from .stage import G, Stage
 
@@ -19,7 +19,7 @@ SOLVED = 20, 50  # iterations of the engine's solver: light spheres in a low pil
 CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
 
 
-def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Verdict:
+def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> ProofResult:
     """Return whether what is poured stays inside."""
     p = pybullet()
     radius = sphere_radius(use, settings.spheres)
@@ -51,7 +51,7 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
     inside = ((places >= use.low - radius) & (places <= use.high + [radius, radius, 2 * radius])).all(axis=1)
     share = float(inside.mean())
     why = HELD if share >= settings.kept else "spilled"
-    return Verdict(held=why == HELD, why=why, moved=1 - share, tilt_deg=0.0)
+    return ProofResult(held=why == HELD, why=why, moved=1 - share, tilt_deg=0.0)
 
 
 def sphere_radius(use: PourUse, count: int) -> float:

@@ -96,7 +96,7 @@ def enclosed_area(corners: np.ndarray) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Columns:
+class SphereColumns:
     """Spheres, and what stands over and under each."""
 
     centers: np.ndarray  # (S, 3) float, metres
@@ -113,12 +113,12 @@ class Columns:
         """How deep spheres lie in each column (S,), metres; one diameter for one layer."""
         return self.tops - self.bottoms + 2 * self.radius
 
-    def kept(self, which: np.ndarray) -> Columns:
+    def kept(self, which: np.ndarray) -> SphereColumns:
         """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
         if which.all():
             return self
         own = {name: getattr(self, name)[which] for name in ("centers", "weights", "tops", "bottoms")}
-        return Columns(**own, radius=self.radius)
+        return SphereColumns(**own, radius=self.radius)
 
     def mean(self, values: np.ndarray) -> float:
         """Return the mean over columns of what spheres have (S,)."""
@@ -141,7 +141,7 @@ class Columns:
         return outline_of(self.centers[:, :2], self.radius)
 
 
-def columns_of(centers: np.ndarray, radius: float) -> Columns:
+def columns_of(centers: np.ndarray, radius: float) -> SphereColumns:
     """Return the columns of settled spheres (S, 3), metres, of which there is at least one."""
     z = centers[:, 2]
     tops, bottoms, neighbours = z.copy(), z.copy(), np.ones(len(z))
@@ -150,7 +150,7 @@ def columns_of(centers: np.ndarray, radius: float) -> Columns:
         np.maximum.at(tops, here, z[there])
         np.minimum.at(bottoms, here, z[there])
         np.add.at(neighbours, here, 1)
-    return Columns(centers=centers, radius=radius, weights=1 / neighbours, tops=tops, bottoms=bottoms)
+    return SphereColumns(centers=centers, radius=radius, weights=1 / neighbours, tops=tops, bottoms=bottoms)
 
 
 def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
@@ -186,7 +186,7 @@ def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         lowest = linked
 
 
-def fullest_level(columns: Columns) -> tuple[float, Columns]:
+def fullest_level(columns: SphereColumns) -> tuple[float, SphereColumns]:
     """Return the height of the centres that most columns begin at, within one radius either way, and its columns."""
     order = np.argsort(columns.bottoms, kind="stable")
     heights, total = columns.bottoms[order], np.concatenate([[0], np.cumsum(columns.weights[order])])
@@ -198,7 +198,7 @@ def fullest_level(columns: Columns) -> tuple[float, Columns]:
     return level.mean(level.bottoms), level
 
 
-def largest_piece(level: Columns) -> Columns:
+def largest_piece(level: SphereColumns) -> SphereColumns:
     """Return the columns of the largest connected piece of a level.
 
     Few spheres on a large plate do not touch, so spheres are linked up to twice their mean spacing.

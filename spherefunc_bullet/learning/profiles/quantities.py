@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...settling.drops import NO_DROPS, Drops, DropsByRadius
-from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
+from .columns import SphereColumns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
 _BLOCK = 32  # rows whose distances are computed at once
@@ -105,7 +105,7 @@ def walled_in(drops: Drops) -> float:
     return float(looked.mean()) if len(looked) else np.nan
 
 
-def whole(columns: Columns) -> Profile:
+def whole(columns: SphereColumns) -> Profile:
     """Return how far the spheres reach across the ground and where columns begin and end, at a sphere's own ends."""
     begin, end = columns.bottoms - columns.radius, columns.tops + columns.radius
     middle_bottom, high_bottom = columns.quantiles(begin, (0.5, 0.9))
@@ -120,7 +120,7 @@ def whole(columns: Columns) -> Profile:
     }
 
 
-def pile(columns: Columns) -> Profile:
+def pile(columns: SphereColumns) -> Profile:
     """Return how deep the spheres lie, in the middle and along the outline, and what they rest on."""
     inside = columns.outline.depths(columns.centers[:, :2]).min(axis=0)
     rim = columns.kept(inside <= RIM * columns.radius)
@@ -139,7 +139,7 @@ def on_spheres(centers: np.ndarray, radius: float) -> np.ndarray:
     return np.bincount(resting, minlength=len(centers)) > 0
 
 
-def gaps(columns: Columns, smaller: Drops | None) -> Profile:
+def gaps(columns: SphereColumns, smaller: Drops | None) -> Profile:
     """Return how far spheres that rest on the object hang over smaller ones that lie beneath them.
 
     A seat carries large spheres where it carries small ones; spikes carry the large ones only.
@@ -162,7 +162,7 @@ def gaps(columns: Columns, smaller: Drops | None) -> Profile:
     }
 
 
-def carrying_level(columns: Columns, height: float, level: Columns, piece: Columns) -> Profile:
+def carrying_level(columns: SphereColumns, height: float, level: SphereColumns, piece: SphereColumns) -> Profile:
     """Return what the level is like that carries most columns, and its largest connected piece."""
     carried = float(level.weights.sum())
     low, high = piece.quantiles(piece.bottoms, (0.1, 0.9))
@@ -182,7 +182,7 @@ def carrying_level(columns: Columns, height: float, level: Columns, piece: Colum
     }
 
 
-def evenness(piece: Columns) -> tuple[float, float]:
+def evenness(piece: SphereColumns) -> tuple[float, float]:
     """Return the slope of the plane through what rests on a level, degrees, and the median distance from it, metres."""
     if len(piece) < MANY_ENOUGH:
         return 0.0, 0.0
@@ -193,7 +193,7 @@ def evenness(piece: Columns) -> tuple[float, float]:
     return float(np.degrees(np.arctan(np.hypot(*plane[:2])))), float(np.median(distances))
 
 
-def staying(drops: Drops, columns: Columns, piece: Columns) -> Profile:
+def staying(drops: Drops, columns: SphereColumns, piece: SphereColumns) -> Profile:
     """Return the share of the drops that stay, where the object might have held them, and how far they rolled.
 
     A cup lets spheres go as soon as it is full, so shares are also counted up to where half of all have settled.

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from ...clouds.cloud import Cloud
 from ...clouds.thinning import one_per_cell
 from ...errors import InputError, explaining
-from ..mechanics import Matter
+from ..mechanics import Material
 
 CORNERS = 300  # of a hull at most: what more of them would change is less than a degree
 THIN = 1e-4  # of the largest extent: what is thinner has no hull
@@ -49,7 +49,7 @@ class Body:
         return replace(self, mass=mass, center=center, inertia=inertia)
 
 
-def body_of(cloud: Cloud, matter: Matter) -> Body:
+def body_of(cloud: Cloud, matter: Material) -> Body:
     """Return a cloud's object as a rigid body, its mass spread evenly over its surface.
 
     A shell and what is solid differ in where their weight acts; models of objects are mostly shells, and open ones.

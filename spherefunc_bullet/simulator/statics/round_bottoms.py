@@ -25,7 +25,7 @@ ROLLS_DEG = 45.0  # how far that pose is at least; what is nearer may be a way t
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rest:
+class RestState:
     """How a body is at rest."""
 
     down: np.ndarray  # (3,) the direction of the body that points down
@@ -34,7 +34,7 @@ class Rest:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Nearest:
+class NearestPoint:
     """Where a smooth surface is nearest to the centre of mass."""
 
     down: np.ndarray  # (3,) the direction
@@ -44,11 +44,11 @@ class Nearest:
     roughness: float  # the same, from the sphere
 
 
-def rest_at(facets: Facets, facet: int) -> Rest:
+def rest_at(facets: Facets, facet: int) -> RestState:
     """Return how a body is at rest whose hull has come to lie on one of its resting facets."""
-    lying = Rest(down=facets.normals[facet])
+    lying = RestState(down=facets.normals[facet])
     if wanders(facets, facet):
-        return Rest(down=lying.down, flat=False, rolls=True)
+        return RestState(down=lying.down, flat=False, rolls=True)
     own = bottom_of(facets, facet)
     around = grown(facets, own)
     farther = grown(facets, around)
@@ -59,9 +59,9 @@ def rest_at(facets: Facets, facet: int) -> Rest:
     if len(corners) < FEWEST or surface.radius > FLATTEST or surface.misfit > MISFIT:
         return lying
     if abs(surface.rise) < NEUTRAL and surface.roughness < MISFIT:  # a ball; what else wanders has been found
-        return Rest(down=lying.down, flat=False, rolls=True)
+        return RestState(down=lying.down, flat=False, rolls=True)
     near = (facets.normals[own] @ surface.down).max() > np.cos(np.radians(TURN_DEG / 2))
-    return Rest(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
+    return RestState(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
 
 
 def wanders(facets: Facets, rest: int) -> bool:
@@ -116,7 +116,7 @@ def has_even_middle(facets: Facets, own: np.ndarray, around: np.ndarray) -> bool
     return bool(nearest > RIM * farthest)
 
 
-def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> Nearest:
+def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> NearestPoint:
     """Return where the smooth surface on which corners lie is nearest to the centre of mass.
 
     About the centre of the sphere that fits it best, the square of the distance from the centre of mass is a square
@@ -145,4 +145,4 @@ def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> Nearest:
     rise = float(np.linalg.eigvalsh(bend)[0]) / 2
     roughness = float(reach.std() / radius)
     down = down / np.linalg.norm(down)
-    return Nearest(down=down, rise=rise, radius=float(radius), misfit=float(misfit), roughness=roughness)
+    return NearestPoint(down=down, rise=rise, radius=float(radius), misfit=float(misfit), roughness=roughness)

@@ -26,7 +26,7 @@ FINE = 0.01  # of that load
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stand:
+class StandState:
     """What becomes of a body that is put on the ground."""
 
     stance: Stance
@@ -44,29 +44,29 @@ class Stand:
         """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
         return turned_down(self.down) if self.stays else np.eye(3)
 
-    def or_by(self, engine: Stand) -> Stand:
+    def or_by(self, engine: StandState) -> StandState:
         """Return an engine's answer, unless that is none, or keeps what statics says to tip."""
         overruled = engine.stance is Stance.MOVES or (self.stance is Stance.TIPS and engine.stays)
         return self if overruled else engine
 
 
-def stand(body: Body, settings: StandSettings) -> Stand:
+def stand(body: Body, settings: StandSettings) -> StandState:
     """Return what becomes of a body that is put on the ground as it came."""
     return let_down(facets_of(body), settings)
 
 
-def let_down(facets: Facets, settings: StandSettings) -> Stand:
+def let_down(facets: Facets, settings: StandSettings) -> StandState:
     """Return what becomes of a body of which the facets are known."""
     return stance_at(facets, facets.normals[facets.rests_on[facets.pierced(DOWN)][0]], settings)
 
 
-def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> Stand:
+def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> StandState:
     """Return how a body stands that has come to rest with a direction (3,) down."""
     rest = rest_at(facets, int(facets.nearest(down[None])[0]))
     tilt = float(np.degrees(np.arccos(np.clip(-rest.down[2], -1, 1))))
     leans = tilt > settings.tilt_deg
     stance = Stance.TIPS if tilt > settings.rocking_deg else Stance.ROCKS if leans else Stance.STANDS
-    return Stand(stance=Stance.ROLLS if rest.rolls else stance, tilt_deg=tilt, down=rest.down, flat=rest.flat)
+    return StandState(stance=Stance.ROLLS if rest.rolls else stance, tilt_deg=tilt, down=rest.down, flat=rest.flat)
 
 
 def beyond_support(body: Body, places: np.ndarray) -> np.ndarray | None:
@@ -104,14 +104,14 @@ def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Loaded:
+class LoadedBody:
     """A body as it stands, on which loads are set."""
 
     body: Body
     facets: Facets
     settings: StandSettings
 
-    def stand(self, load: float, place: np.ndarray) -> Stand:
+    def stand(self, load: float, place: np.ndarray) -> StandState:
         """Return what becomes of it under a load in kg at a place (3,)."""
         shift = (self.body.loaded(load, place).center - self.body.center) / self.body.extent
         return let_down(self.facets.about(shift), self.settings)
@@ -134,7 +134,9 @@ def evenly_chosen(places: np.ndarray, most: int) -> np.ndarray:
     return places if len(places) <= most else places[np.arange(most) * len(places) // most]
 
 
-LetGo = Callable[[Sequence[Body]], list[Stand]]  # what becomes of bodies that are put on the ground, each by itself
+LetGo = Callable[
+    [Sequence[Body]], list[StandState]
+]  # what becomes of bodies that are put on the ground, each by itself
 
 
 def stood(
@@ -172,12 +174,12 @@ def stood(
 
 
 def carried(
-    resting: Body, places: np.ndarray, alone: Stand, settings: StandSettings, let_go: LetGo | None
+    resting: Body, places: np.ndarray, alone: StandState, settings: StandSettings, let_go: LetGo | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return at which places (P, 3) a body carries the load, (P,) bool, and from which load on it tips, (P,) kg."""
     if not alone.stays or not len(places):
         return np.zeros(len(places), bool), np.zeros(len(places))
-    loaded = Loaded(resting, facets_of(resting), settings)
+    loaded = LoadedBody(resting, facets_of(resting), settings)
     under = [loaded.stand(settings.load, place) for place in places]
     if alone.flat:
         tipping = tipping_loads(resting, places)
