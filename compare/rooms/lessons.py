@@ -1,6 +1,6 @@
-"""What virtual rooms teach: every proposal of their scans, how spheres fell on it, and which object it overlaps.
+"""Training examples from virtual rooms: each proposal of their scans, its drops, and the object that it overlaps.
 
-Rooms take many seconds to scan, and a classifier that learns of them few.
+Scanning a room takes many seconds, so examples are cached in files; fitting a classifier to them takes few.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import joblib
 import numpy as np
@@ -33,151 +34,163 @@ from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
-_CARRIED = 0.01  # metres, radius of the spheres that tell what of an object carries or holds
-_NEAR = 0.04  # metres from such a sphere's centre to a point of the scan that shows its place
-_OBJECT, _PART = 0.4, 0.25  # overlaps from which on a proposal is an object, and is not clearly none
-_SHOWN = 0.25  # least share of such places: a chair's back alone, or a table's legs, tell no function
+_SPHERE_RADIUS = 0.01  # metres, of the spheres that show which surfaces of an object carry or hold
+_NEAR = 0.04  # metres from the centre of such a sphere to a point of the scan that shows the surface
+_OBJECT_OVERLAP, _PART_OVERLAP = 0.4, 0.25  # least overlap of a proposal that is an object, and that may be one
+_VISIBLE_SHARE = 0.25  # least share of such places: the back of a chair alone, or the legs of a table, show no function
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sight:
-    """How one room is seen."""
+class ScanSetup:
+    """How a room is scanned."""
 
-    views: int  # that are fused
-    noise: float  # times a Kinect's
+    views: int  # number of views that are fused
+    noise: float  # multiple of the noise of a Kinect
     leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
     window: int = 1  # pixels, see `Kinect`
     blur: float = 0.0  # pixels, see `Kinect`
-    close: int = 4  # single views of one object each, from near by
+    close: int = 4  # number of single views of one object each, from close up
 
 
-# In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
-SIGHTS = (
-    Sight(views=3, noise=1.0),
-    Sight(views=1, noise=0.5, window=7),
-    Sight(views=2, noise=1.0, leaf=0.03),
-    Sight(views=5, noise=1.0, leaf=0.01, window=7),
-    Sight(views=1, noise=1.5),
-    Sight(views=4, noise=0.5, leaf=0.02, window=7),
+# Used in turn: a robot that drives around, a single view, sparse and dense fusion.
+SCAN_SETUPS = (
+    ScanSetup(views=3, noise=1.0),
+    ScanSetup(views=1, noise=0.5, window=7),
+    ScanSetup(views=2, noise=1.0, leaf=0.03),
+    ScanSetup(views=5, noise=1.0, leaf=0.01, window=7),
+    ScanSetup(views=1, noise=1.5),
+    ScanSetup(views=4, noise=0.5, leaf=0.02, window=7),
 )
-# As a stereo camera sees objects, whose filters half fill mugs.
-STEREO_SIGHTS = (
-    Sight(views=1, noise=0.5, window=5, blur=2.0, close=8),
-    Sight(views=1, noise=0.5, window=5, blur=3.0, close=8),
-    Sight(views=3, noise=0.5, window=5, blur=1.5, close=8),
-    Sight(views=1, noise=0.5, window=9, blur=5.0, close=8),
+# Stereo cameras, whose filters half fill mugs.
+STEREO_SETUPS = (
+    ScanSetup(views=1, noise=0.5, window=5, blur=2.0, close=8),
+    ScanSetup(views=1, noise=0.5, window=5, blur=3.0, close=8),
+    ScanSetup(views=3, noise=0.5, window=5, blur=1.5, close=8),
+    ScanSetup(views=1, noise=0.5, window=9, blur=5.0, close=8),
 )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lesson:
-    """One training object: where spheres settled on it, and the object that it is, or is a part of."""
+class TrainingExample:
+    """A training example: where spheres settled on it, and the object that it is, or is a part of."""
 
     name: str
-    source: str  # name of the object that it overlaps most, the same wherever that stands; empty for none
+    source: str  # name of the object that it overlaps most, the same in all rooms; empty for none
     functions: frozenset[str]  # of that object
-    unclear: frozenset[str] = frozenset()  # functions that it is an example of neither way
+    unlabelled: frozenset[str] = frozenset()  # functions of which it is neither a positive nor a negative example
     overlap: float = 1.0  # intersection over union of the two
-    shown: float = 1.0  # share of the places where spheres rest on the object that the scan shows
+    visible: float = 1.0  # share of the places where spheres rest on the object that the scan shows
     record: ObjectRecord
-    beside: np.ndarray  # (S,) what surrounds it
+    surroundings: np.ndarray  # (S,) quantities of its surroundings
+
+    def __setstate__(self, state: dict[str, Any]):
+        """Restore an example from a file, which may be of a version with other names of fields."""
+        vars(self).update({OLD_FIELDS.get(name, name): value for name, value in state.items()})
 
 
-def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
-    """Yield the scans of a room: one of the whole, and those of objects from near by."""
-    resolution, sensor = Resolution(leaf=sight.leaf, points=None), Kinect(window=sight.window, blur=sight.blur)
-    yield scan_room(room, sight.views, sight.noise, seed, resolution, sensor)
-    yield from close_ups(room, sight.close, sight.noise, seed, sensor)
+OLD_FIELDS = {"unclear": "unlabelled", "shown": "visible", "beside": "surroundings"}
+Lesson = TrainingExample  # its name in files of earlier versions
 
 
-def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> list[Lesson]:
-    """Return what a room teaches: all that is proposed in its scans."""
-    carried = [resting_places(placed, model) for placed in room.objects]
-    lessons = []
-    for view, scan in enumerate(scans_of(room, sight, seed)):
-        shown = [share_shown(scan, number, places) for number, places in enumerate(carried)]
+def scans_of(room: VirtualRoom, setup: ScanSetup, seed: int) -> Iterator[VirtualScan]:
+    """Yield the scans of a room: one of the whole room, and close-ups of objects."""
+    resolution, sensor = Resolution(leaf=setup.leaf, points=None), Kinect(window=setup.window, blur=setup.blur)
+    yield scan_room(room, setup.views, setup.noise, seed, resolution, sensor)
+    yield from close_ups(room, setup.close, setup.noise, seed, sensor)
+
+
+def room_examples(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier, seed: int) -> list[TrainingExample]:
+    """Return the training examples of a room: all proposals in its scans."""
+    places_of = [resting_places(placed, model) for placed in room.objects]
+    examples = []
+    for view, scan in enumerate(scans_of(room, setup, seed)):
+        visible = [share_visible(scan, number, places) for number, places in enumerate(places_of)]
         for place, example in enumerate(proposed_examples(scan.points, scan.labels, model.simulator)):
             name = f"{room.name}_{view}_{example.by}_{place}"
             item = None if example.nearest < 0 else room.objects[example.nearest].item
             settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
             record = record_of(Path(name), shape_of(example.cloud), settled)
-            lessons.append(lesson_of(name, example, item, record, shown[example.nearest]))
-    return lessons
+            examples.append(proposal_example(name, example, item, record, visible[example.nearest]))
+    return examples
 
 
-def lesson_of(name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float) -> Lesson:
-    """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
-    own = {"name": name, "record": record, "beside": example.beside}
+def proposal_example(
+    name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, visible: float
+) -> TrainingExample:
+    """Return the training example of a proposal, labelled by the object that it overlaps most, if any."""
+    own = {"name": name, "record": record, "beside": example.surroundings}
     if item is None:
-        return Lesson(source="", functions=frozenset(), overlap=0.0, shown=0.0, **own)
-    return Lesson(source=source_object(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
+        return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **own)
+    return TrainingExample(
+        source=source_object(item), functions=item.functions, overlap=example.overlap, visible=visible, **own
+    )
 
 
 def source_object(item: DatasetObject) -> str:
-    """Return what an object of one of several data sets is called."""
+    """Return the name of an object that is unique among several data sets."""
     return f"{item.path.parent.name}/{item.path.name}"
 
 
 def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
-    """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
+    """Return the record of an object with a shape, see `shape_of`, and the drops on it."""
     return ObjectRecord(path=path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 
 
-def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
-    """Return what a whole model teaches."""
+def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> TrainingExample:
+    """Return the training example of a whole model."""
     settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.length)
     name, source = item.path.name, source_object(item)
-    beside = alone(cloud.points, bounding_box(cloud.points).size)
+    surroundings = alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
-    return Lesson(name=name, source=source, functions=item.functions, record=record, beside=beside)
+    return TrainingExample(name=name, source=source, functions=item.functions, record=record, surroundings=surroundings)
 
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
-    """Return the places (S, 3) where small spheres rest on an object of a room, metres, the room's frame."""
+    """Return the places (S, 3) where small spheres rest on an object of a room, metres, in the frame of the room."""
     settled = settle_cached(placed.cloud, model.simulator, model.radii, model.seed, model.length)
-    return transformed(settled[_CARRIED].rests.astype(float), placed.T_room_object)
+    return transformed(settled[_SPHERE_RADIUS].rests.astype(float), placed.T_room_object)
 
 
-def share_shown(scan: VirtualScan, number: int, places: np.ndarray) -> float:
-    """Return the share of the places (S, 3) where spheres rest on an object that its points in a scan show."""
+def share_visible(scan: VirtualScan, number: int, places: np.ndarray) -> float:
+    """Return the share of the places (S, 3) of spheres at rest on an object that its points in a scan show."""
     from scipy.spatial import cKDTree
 
-    own = scan.points[scan.labels == number]
-    if not len(own) or not len(places):
+    points = scan.points[scan.labels == number]
+    if not len(points) or not len(places):
         return 0.0
-    return float(np.isfinite(cKDTree(own).query(places, distance_upper_bound=_NEAR)[0]).mean())
+    return float(np.isfinite(cKDTree(points).query(places, distance_upper_bound=_NEAR)[0]).mean())
 
 
-def counted(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
-    """Yield lessons as examples: of which functions, of which neither way, and of all others' lack.
+def label_by_overlap(examples: Iterable[TrainingExample]) -> Iterator[TrainingExample]:
+    """Yield examples with their final labels, by overlap with their object and by what the scan shows of it.
 
-    What overlaps its object enough has its functions, if the scan shows enough of the surface that they need. Below
-    that, or where the surface is hidden, nobody can say whether it has them; small parts and what holds several objects
-    have none. Of functions that its object has not, a proposal is never one.
+    A proposal that overlaps its object enough has its functions, if the scan shows enough of the surface that they
+    need. With less overlap, or where the surface is hidden, these functions are not labelled. Small parts, and
+    proposals that hold several objects, have no function.
     """
-    for one in lessons:
-        if one.overlap < _PART:
-            yield replace(one, functions=frozenset())
-        elif one.overlap >= _OBJECT and one.shown >= _SHOWN:
-            yield one
+    for example in examples:
+        if example.overlap < _PART_OVERLAP:
+            yield replace(example, functions=frozenset())
+        elif example.overlap >= _OBJECT_OVERLAP and example.visible >= _VISIBLE_SHARE:
+            yield example
         else:
-            yield replace(one, functions=frozenset(), unclear=one.functions)
+            yield replace(example, functions=frozenset(), unlabelled=example.functions)
 
 
-def examples_kept(useful: np.ndarray) -> np.ndarray:
-    """Return the lessons (K,) to keep as examples: the useful ones, and as many others, evenly spread."""
-    others = np.flatnonzero(~useful)
-    step = max(1.0, len(others) / max(useful.sum(), 1))
-    return np.sort(np.append(np.flatnonzero(useful), others[np.arange(0, len(others), step).astype(int)]))
+def balanced_rows(members: np.ndarray) -> np.ndarray:
+    """Return the rows (K,) of all examples that have a function (N,) bool, and of as many others, evenly spread."""
+    others = np.flatnonzero(~members)
+    step = max(1.0, len(others) / max(members.sum(), 1))
+    return np.sort(np.append(np.flatnonzero(members), others[np.arange(0, len(others), step).astype(int)]))
 
 
-FORMAT = 6  # of the files; another number, scanned anew
+FORMAT = 6  # of the files; with another number rooms are scanned again
 
 
-def kept_lessons(
-    room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int, folder: Path | None
-) -> list[Lesson]:
-    """Return what a room teaches, from a folder where it has it; else that is computed, and kept there.
+def cached_examples(
+    room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier, seed: int, folder: Path | None
+) -> list[TrainingExample]:
+    """Return the training examples of a room, read from a folder if it has them, else computed and written there.
 
     Raises
     ------
@@ -185,22 +198,24 @@ def kept_lessons(
         If the folder cannot be written, or holds a file of that name that cannot be read.
     """
     if folder is None:
-        return room_lessons(room, sight, model, seed)
-    path = folder / f"{room_hash(room, sight, model, seed)}.joblib"
+        return room_examples(room, setup, model, seed)
+    path = folder / f"{room_hash(room, setup, model, seed)}.joblib"
     if not path.is_file():
         memory = BytesIO()
-        joblib.dump(room_lessons(room, sight, model, seed), memory, compress=3)
+        joblib.dump(room_examples(room, setup, model, seed), memory, compress=3)
         with writing(path):
             write_whole(path, memory.getvalue())
-    with explaining(f"{path}: expected lessons of a room, as scan_model keeps them; cannot be read", Exception):
+    with explaining(
+        f"{path}: expected training examples of a room, as scan_model writes them; cannot be read", Exception
+    ):
         return joblib.load(path)
 
 
-def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> str:
-    """Return the name of a room's lessons: the hash of all that decides them but the code that scans."""
+def room_hash(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier, seed: int) -> str:
+    """Return the hash of all that decides the examples of a room but the code that scans, which names their file."""
     simulator = make_simulator(model.simulator)
     how = [simulator.name, simulator.version, simulator.options(), model.radii, model.drops, model.seed]
-    digest = hashlib.sha256(json.dumps([FORMAT, room.name, asdict(sight), seed, how], default=str).encode())
+    digest = hashlib.sha256(json.dumps([FORMAT, room.name, asdict(setup), seed, how], default=str).encode())
     for placed in room.objects:
         digest.update(placed.item.path.name.encode() + placed.points.tobytes())
     return digest.hexdigest()[:24]

@@ -35,13 +35,13 @@ class Example:
     nearest: int  # number of that object, -1 if it overlaps none
     overlap: float  # their intersection over union
     by: str  # what proposed it
-    beside: np.ndarray  # (S,) what surrounds it, see `surroundings`
+    surroundings: np.ndarray  # (S,) what surrounds it, see `surroundings`
 
 
 def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Simulator = "fast") -> Iterator[Example]:
     """Yield the proposals of a scan, completed as recognition completes them.
 
-    Pools are cut out cautiously: taught by what half is guessed, models recognised seats less well.
+    Pools are cut out cautiously: models recognised seats less well when they had learnt objects that are half guessed.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
         cloud, box = object_cloud(own, DEFAULT, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
             nearest = number if shared > 0 else -1
-            beside = place.of(own, box.size, proposal.support)
-            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by, beside=beside)
+            surroundings = place.of(own, box.size, proposal.support)
+            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by, surroundings=surroundings)
 
 
 def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:

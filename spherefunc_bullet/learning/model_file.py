@@ -67,7 +67,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     NotFittedError
         If it has not learnt yet.
     InputError
-        If it is one of forests that are none of `forest`, which only arrays of trees can be kept of.
+        If it is one of forests that are none of `forest`, which cannot be saved as arrays of trees.
     """
     from sklearn.utils.validation import check_is_fitted
 

@@ -299,7 +299,7 @@ def test_missing_file_and_folder_are_refused(tmp_path):
 def test_what_is_no_forest_is_not_kept(tmp_path):
     model = FunctionClassifier(radii=(0.02,), estimator=DecisionTreeClassifier(), early_drops=0)
     profiles, members = np.eye(len(NAMES))[:4], np.array([True, True, False, False])[:, None]
-    model.fit_profiles(profiles, members, ["cup"], [*"abcd"])._know()
+    model.fit_profiles(profiles, members, ["cup"], [*"abcd"])._set_familiar_distance()
     with pytest.raises(InputError, match="DecisionTree"):
         save_model(model, tmp_path / "model.npz")
 

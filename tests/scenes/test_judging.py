@@ -40,11 +40,11 @@ def learnt() -> FunctionClassifier:
     forest = ExtraTreesClassifier(50, random_state=0, max_features=None)
     model = FunctionClassifier("fast", radii=(0.03,), drops=20, early_drops=0, estimator=forest)
     rng = np.random.default_rng(0)
-    profiles, beside = rng.uniform(size=(80, len(model.quantity_names()))), rng.uniform(size=(80, len(NAMES)))
-    members = np.column_stack([beside[:, 0] > 0.5, profiles[:, 0] > 0.5])
+    profiles, surroundings = rng.uniform(size=(80, len(model.quantity_names()))), rng.uniform(size=(80, len(NAMES)))
+    members = np.column_stack([surroundings[:, 0] > 0.5, profiles[:, 0] > 0.5])
     names = [str(row) for row in range(80)]
     model.fit_profiles(profiles, members, ("cup", "table"), names)
-    return model.fit_scene_forests(beside, NAMES, members, np.ones_like(members)).keep(np.arange(80))
+    return model.fit_scene_forests(surroundings, NAMES, members, np.ones_like(members)).keep(np.arange(80))
 
 
 def proposal(by: str) -> Proposal:
@@ -59,18 +59,20 @@ def test_each_kind_has_its_bar():
 
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):
     rng = np.random.default_rng(1)
-    profiles, beside = rng.uniform(size=(60, learnt.profiles_.shape[1])), rng.uniform(size=(60, len(NAMES)))
-    scores = learnt.scene_forests_.scores(profiles, beside)
-    has = beside[:, 0] > 0.5
+    profiles, surroundings = rng.uniform(size=(60, learnt.profiles_.shape[1])), rng.uniform(size=(60, len(NAMES)))
+    scores = learnt.scene_forests_.scores(profiles, surroundings)
+    has = surroundings[:, 0] > 0.5
     assert scores[has, 0].mean() > scores[~has, 0].mean() + 0.1  # by chance, the same
-    assert np.array_equal(learnt.only("table").scene_forests_.scores(profiles, beside)[:, 0], scores[:, 1])
+    assert np.array_equal(learnt.only("table").scene_forests_.scores(profiles, surroundings)[:, 0], scores[:, 1])
 
 
 def test_a_model_keeps_what_it_learnt_of_surroundings(learnt, tmp_path: Path):
     save_model(learnt, tmp_path / "model.npz")
     read = load_model(tmp_path / "model.npz")
-    profiles, beside = learnt.profiles_[:20], np.random.default_rng(1).uniform(size=(20, len(NAMES)))
-    assert np.array_equal(read.scene_forests_.scores(profiles, beside), learnt.scene_forests_.scores(profiles, beside))
+    profiles, surroundings = learnt.profiles_[:20], np.random.default_rng(1).uniform(size=(20, len(NAMES)))
+    assert np.array_equal(
+        read.scene_forests_.scores(profiles, surroundings), learnt.scene_forests_.scores(profiles, surroundings)
+    )
     assert read.scene_forests_.names == NAMES
 
 

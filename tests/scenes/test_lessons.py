@@ -1,4 +1,4 @@
-"""What virtual rooms teach: which proposals are lessons, and that what is kept is what was computed."""
+"""Training examples of virtual rooms: how proposals are labelled, and that cached ones equal computed ones."""
 
 from __future__ import annotations
 
@@ -10,8 +10,14 @@ import pytest
 from objects_to_scan import write_objects
 from sklearn.base import clone
 
-from spherefunc_bullet.compare.rooms.lessons import Lesson, Sight, counted, examples_kept, kept_lessons
-from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, learn, streets_of, taught_in_all
+from spherefunc_bullet.compare.rooms.lessons import (
+    ScanSetup,
+    TrainingExample,
+    balanced_rows,
+    cached_examples,
+    label_by_overlap,
+)
+from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets, learn, room_sets
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -19,7 +25,7 @@ from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import furnish
 from spherefunc_bullet.settling.records import ObjectRecord
 
-SIGHT = Sight(views=1, noise=0.5, close=0)
+SETUP = ScanSetup(views=1, noise=0.5, close=0)
 
 
 @pytest.fixture(scope="module")
@@ -40,14 +46,16 @@ def rooms(data):
 @pytest.fixture(scope="module")
 def kept(rooms, model, tmp_path_factory):
     folder = tmp_path_factory.mktemp("kept")
-    return folder, [kept_lessons(room, SIGHT, model, 0, folder) for room in rooms]
+    return folder, [cached_examples(room, SETUP, model, 0, folder) for room in rooms]
 
 
-def lesson(**how) -> Lesson:
+def example(**how) -> TrainingExample:
     voxels = np.ones((1, 3))
     record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: voxels, settled={}, seconds={}, drops={})
-    beside = np.zeros(len(NAMES))
-    return Lesson(name="one", source="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
+    surroundings = np.zeros(len(NAMES))
+    return TrainingExample(
+        name="one", source="sofa", functions=frozenset({"sittable"}), record=record, surroundings=surroundings, **how
+    )
 
 
 @pytest.mark.parametrize(
@@ -60,48 +68,48 @@ def lesson(**how) -> Lesson:
     ],
 )
 def test_what_counts_and_as_what(how, expected):
-    (one,) = counted([lesson(**how)])
-    assert (set(one.functions), set(one.unclear)) == expected
+    (one,) = label_by_overlap([example(**how)])
+    assert (set(one.functions), set(one.unlabelled)) == expected
 
 
 @pytest.mark.parametrize("overlap", [0.1, 0.3, 0.9])
 def test_useless_things_need_no_surface(overlap):
-    (one,) = counted([replace(lesson(overlap=overlap, shown=0.0), functions=frozenset())])
-    assert not one.functions and not one.unclear
+    (one,) = label_by_overlap([replace(example(overlap=overlap, visible=0.0), functions=frozenset())])
+    assert not one.functions and not one.unlabelled
 
 
 def test_rooms_teach_what_stands_in_them(kept):
-    lessons = [one for room in kept[1] for one in counted(room)]
-    assert {"table", "sittable"} <= {name for one in lessons for name in one.functions}
-    assert any(not one.functions for one in lessons)
-    assert all(0 <= one.shown <= 1 and 0 <= one.overlap <= 1 for one in lessons)
+    examples = [one for room in kept[1] for one in label_by_overlap(room)]
+    assert {"table", "sittable"} <= {name for one in examples for name in one.functions}
+    assert any(not one.functions for one in examples)
+    assert all(0 <= one.visible <= 1 and 0 <= one.overlap <= 1 for one in examples)
 
 
 def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     folder, (first, _) = kept
-    for one, other in zip(kept_lessons(rooms[0], SIGHT, model, 0, None), first, strict=True):
+    for one, other in zip(cached_examples(rooms[0], SETUP, model, 0, None), first, strict=True):
         fields = ("name", "source", "functions", "overlap", "shown")
         assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
         assert np.array_equal(one.record.voxels, other.record.voxels)
-        assert np.array_equal(one.beside, other.beside)
+        assert np.array_equal(one.surroundings, other.surroundings)
         for radius, drops in one.record.settled.items():
             assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
     assert len(list(folder.glob("*.joblib"))) == 2
 
 
-def test_another_seed_or_sight_is_another_room(rooms, model, kept, monkeypatch):
+def test_another_seed_or_setup_is_another_room(rooms, model, kept, monkeypatch):
     folder, _ = kept
-    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_lessons", lambda *how: [])
-    assert kept_lessons(rooms[0], SIGHT, model, 1, folder) == []
-    assert kept_lessons(rooms[0], replace(SIGHT, views=2), model, 0, folder) == []
-    assert kept_lessons(rooms[0], SIGHT, model, 0, folder)
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_examples", lambda *how: [])
+    assert cached_examples(rooms[0], SETUP, model, 1, folder) == []
+    assert cached_examples(rooms[0], replace(SETUP, views=2), model, 0, folder) == []
+    assert cached_examples(rooms[0], SETUP, model, 0, folder)
 
 
 @pytest.mark.slow
 def test_any_number_of_processes_teaches_the_same(data, model, tmp_path):
-    streets = [Street(dataset=data, lived_in=TIDY, sights=(SIGHT,), rooms=1, seed=seed) for seed in (1, 2)]
-    alone = [taught.lessons for taught in taught_in_all(streets, model, None, 1)]
-    both = [taught.lessons for taught in taught_in_all(streets, model, tmp_path, 2)]
+    sets = [RoomSet(dataset=data, lived_in=TIDY, setups=(SETUP,), rooms=1, seed=seed) for seed in (1, 2)]
+    alone = [done.examples for done in examples_of_sets(sets, model, None, 1)]
+    both = [done.examples for done in examples_of_sets(sets, model, tmp_path, 2)]
     assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
     for one, other in zip(sum(alone, []), sum(both, []), strict=True):
         for radius, drops in one.record.settled.items():
@@ -109,16 +117,16 @@ def test_any_number_of_processes_teaches_the_same(data, model, tmp_path):
 
 
 def test_rooms_are_shared_out_to_all_kinds(data):
-    streets = streets_of([data, data, data], 23, 7)
-    assert sum(street.rooms for street in streets) == 23
-    assert {street.rooms for street in streets} == {2, 3}
-    assert len({street.seed for street in streets}) == len(streets)
+    sets = room_sets([data, data, data], 23, 7)
+    assert sum(room_set.rooms for room_set in sets) == 23
+    assert {room_set.rooms for room_set in sets} == {2, 3}
+    assert len({room_set.seed for room_set in sets}) == len(sets)
 
 
 def test_a_thing_never_tells_of_itself(kept, model):
-    lessons = [one for room in kept[1] for one in counted(room)]
-    learnt = learn(lessons, model)
-    items = dict(zip([one.name for one in lessons], [one.source for one in lessons], strict=True))
+    examples = [one for room in kept[1] for one in label_by_overlap(room)]
+    learnt = learn(examples, model)
+    items = dict(zip([one.name for one in examples], [one.source for one in examples], strict=True))
     groups = [(items[name], group) for name, group in zip(learnt.names_, learnt.copy_groups_.groups, strict=True)]
     groups = [(item, group) for item, group in groups if item]
     assert len(set(groups)) == len({item for item, _ in groups}) < len(groups)
@@ -126,28 +134,28 @@ def test_a_thing_never_tells_of_itself(kept, model):
 
 def test_useful_examples_are_kept_and_as_many_others():
     useful = np.arange(100) % 10 == 0
-    rows = examples_kept(useful)
+    rows = balanced_rows(useful)
     assert useful[rows].sum() == 10 and (~useful[rows]).sum() == 10
     assert len(set(rows.tolist())) == 20 and (np.diff(rows) > 0).all()
 
 
 def test_a_damaged_file_is_named(rooms, model, tmp_path, monkeypatch):
-    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_lessons", lambda *how: [])
-    kept_lessons(rooms[0], SIGHT, model, 0, tmp_path)
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_examples", lambda *how: [])
+    cached_examples(rooms[0], SETUP, model, 0, tmp_path)
     [file] = tmp_path.iterdir()
     file.write_bytes(b"nothing")
-    with pytest.raises(InputError, match=rf"{file.name}: expected lessons"):
-        kept_lessons(rooms[0], SIGHT, model, 0, tmp_path)
+    with pytest.raises(InputError, match=rf"{file.name}: expected training examples"):
+        cached_examples(rooms[0], SETUP, model, 0, tmp_path)
 
 
 def test_what_says_nothing_of_a_function_changes_nothing_of_it(model):
     rng = np.random.default_rng(0)
     profiles = rng.normal(size=(60, len(model.quantity_names())))
     members = np.column_stack([profiles[:, 0] > 0, profiles[:, 1] > 0])
-    taught = np.ones_like(members)
-    taught[40:, 1] = False
+    labelled = np.ones_like(members)
+    labelled[40:, 1] = False
     whole, some = clone(model), clone(model)
-    whole.fit_profiles(profiles, members, ("cup", "table"), [str(row) for row in range(60)], taught=taught)
+    whole.fit_profiles(profiles, members, ("cup", "table"), [str(row) for row in range(60)], labelled=labelled)
     some.fit_profiles(profiles[:40], members[:40], ("cup", "table"), [str(row) for row in range(40)])
     cup, table = (whole.score_profiles(profiles) - some.score_profiles(profiles)).T
     assert not table.any() and cup.any()
