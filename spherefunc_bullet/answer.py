@@ -1,4 +1,4 @@
-"""What an object is for, with the reason, in one call."""
+"""Classification in Python: what an object is for, and why, in one call."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .clouds.cloud import Cloud
 from .clouds.conversion import Anything, as_cloud, holds_several
 from .formats.units import BY_FILE
 from .learning.model_file import models_for
-from .settling.dropping import CloudObject
+from .settling.cached_runs import CloudObject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
     from .learning.classifier import CloudClassifier
     from .places.place import Place
 
-CUBES = 3  # that speak for a function, and as many that speak against it
+CUBES = 3  # number of cubes that are shown for a function, and against it
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reason:
-    """One quantity of an object that decided about a function."""
+    """One quantity of an object, and its effect on the score of a function."""
 
     function: str
     quantity: str
-    meaning: str  # of the quantity
+    meaning: str  # of the quantity, in words
     radius: float  # of the spheres, metres
     value: float  # in `unit`
     unit: str  # "m", "m2", "share" (0 to 1), or "" for a number
     median: float  # of the training objects
-    effect: float  # what the score loses when the quantity is set to that median; below 0 it speaks against
+    effect: float  # change of the score that this value makes, compared with the median
 
     def __str__(self) -> str:
         from .learning.profiles.words import with_unit
 
-        here, usual = (with_unit(value, self.unit) for value in (self.value, self.median))
-        return f"{self.function} {self.effect:+.2f}: {self.meaning} {here} (median {usual})"
+        value, median = (with_unit(number, self.unit) for number in (self.value, self.median))
+        return f"{self.function} {self.effect:+.2f}: {self.meaning} {value} (median {median})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class Answer:
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
     seconds: float = field(default=0.0, compare=False)
-    cloud: Cloud | None = field(default=None, repr=False, compare=False)  # that was asked about, metres, z up
+    cloud: Cloud | None = field(default=None, repr=False, compare=False)  # of the object, metres, z up
     source: tuple[Anything, str, str] | None = field(default=None, repr=False, compare=False)  # with units and up
     decision: Decision | None = field(default=None, repr=False, compare=False)  # with the drops it is based on
 
@@ -138,39 +138,39 @@ def classify(
     explain: bool = True,
     cache: bool = False,
 ) -> Answer | list[Answer] | dict[str, Answer]:
-    """Say what an object is for, or what each of a list of objects is for.
+    """Classify an object, or each of several objects.
 
-    The model is read once in a process, and kernels are compiled once on a machine; after that an object takes some ten
+    The model is read once per process, and kernels are compiled once per machine; after that an object takes about ten
     milliseconds.
 
     Parameters
     ----------
     anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud
-        Or several of such: a list, a generator, or a dict of names to objects; see `as_cloud`.
+        Or several of these: a list, a generator, or a dict of names to objects; see `as_cloud`.
     units : {"m", "cm", "mm", "in", "auto"}
-        What its numbers mean; ``auto`` guesses, and warns of what it took.
+        Unit of the coordinates; ``auto`` guesses it and warns which it chose.
     up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
-        Which of its axes points up; by default y for glTF files and z for all else.
+        Axis that points up; by default y for glTF files and z for all others.
     model : path or CloudClassifier, optional
-        By default the one that ships with the package.
+        By default the model that comes with the package.
     backend : str, optional
-        The simulator that the model must be for; by default ``fast`` where no model is given. Of several, as in
-        ``fast,bullet``, the first answers, and the answer is unsure where they disagree.
+        Simulator of the model; by default ``fast`` where no model is given. Of several, as in ``fast,bullet``, the
+        first answers, and the answer is unsure where they disagree.
     function : str, optional
-        The only function to ask for: with models that count cubes, its radius alone is run.
+        Classify this function only; a model by cubes then runs its radius only.
     explain : bool
         Whether to give reasons; doubts are given either way.
     cache : bool
-        Whether spheres that have fallen on the same object before are looked up in the user's cache.
+        Whether drops on the same object are read from the cache of the user, and written there.
 
     Returns
     -------
-    Answer; a list of them, or a dict of names to them, of several objects
+    Answer, or for several objects a list or dict of them
 
     Raises
     ------
     InputError
-        If the object or the model cannot be used, or the object is of a size that the unit must be wrong for.
+        If the object or the model cannot be used, or the size of the object shows that its unit is wrong.
 
     Examples
     --------
@@ -182,7 +182,7 @@ def classify(
     >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
     (['cup'], True, 'cup ')
     """
-    asked = models_for(model, backend, function)
+    models = models_for(model, backend, function)
     several = holds_several(anything)
     named = isinstance(anything, Mapping)
     items = list(anything.values() if named else anything) if several else [anything]
@@ -193,7 +193,7 @@ def classify(
     answers = []
     for cloud, item in zip(clouds, items, strict=True):
         started = time.perf_counter()
-        decision = classify_by_all(partial(object_of, cloud, cache), asked)
+        decision = classify_by_all(partial(object_of, cloud, cache), models)
         answer = answer_of(cloud, decision, explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
     if named:
@@ -202,12 +202,12 @@ def classify(
 
 
 def object_of(cloud: Cloud, cache: bool, model: FunctionModel) -> CloudObject:
-    """Return a cloud's object as a model's spheres meet it."""
-    return CloudObject(own=cloud, dropping=model.dropping(), cache=cache)
+    """Return the object of a cloud, on which the spheres of a model are dropped."""
+    return CloudObject(raw_cloud=cloud, drop_config=model.drop_config(), cache=cache)
 
 
 def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
-    """Return a decision about a cloud as an answer."""
+    """Return the answer that reports a decision about a cloud."""
     doubts = decision.doubts()
     return Answer(
         name=cloud.name,
@@ -221,7 +221,7 @@ def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
 
 
 def evidence(decision: Decision) -> dict[str, Any]:
-    """Return what decided about each function: quantities, or training objects and cubes of space."""
+    """Return the evidence for each function: quantities, or training objects and cubes."""
     reading, model = decision.reading, decision.reading.model
     names = model.functions_
     if reading.profile is None:
@@ -231,21 +231,21 @@ def evidence(decision: Decision) -> dict[str, Any]:
             "neighbors": {name: model.neighbors(reading.drops, name) for name in names},
             "cubes": {name: strongest_cubes(model, reading.drops, name, CUBES) for name in names},
         }
-    from .learning.profiles.words import deciding, nearest
+    from .learning.profiles.words import deciding_quantities, nearest
 
     falls = decision.fails_stability_check
-    quantities = {name: [] if falls else deciding(reading, name) for name in names}
+    quantities = {name: [] if falls else deciding_quantities(reading, name) for name in names}
     return {"quantities": quantities, "nearest": nearest(reading)}
 
 
 def reasons_by_function(decision: Decision) -> dict[str, list[Reason]]:
-    """Return the quantities that decided about each function."""
+    """Return the quantities with the largest effect on the score of each function."""
     decided = evidence(decision).get("quantities", {})
     return {name: [reason_of(name, row) for row in rows] for name, rows in decided.items()}
 
 
 def reason_of(function: str, row: dict[str, Any]) -> Reason:
-    """Return a row of `words.deciding` as a reason."""
+    """Return the reason in a row of `words.deciding_quantities`."""
     from .learning.profiles.words import unit_of
 
     same = {name: row[name] for name in ("quantity", "meaning", "radius", "value", "median")}

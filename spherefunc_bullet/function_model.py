@@ -1,4 +1,4 @@
-"""The interface of fitted models: scores from drops, without the code that training needs."""
+"""The interface of fitted models: from drops to scores, without the code for training."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .errors import InputError, warn_renamed
 from .formats.units import format_length
-from .settling.dropping import Dropping, LoadOptions
+from .settling.cached_runs import DropConfig, LoadOptions
 from .settling.drops import DropsByRadius, RunLimit
 from .simulator import Simulator
 
-# Limits of models: a model file may come from a stranger, and its runs must end.
-SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are classified by: larger ones lie on no seat
-MOST_RADII, MOST_DROPS = 20, 10_000  # the drops at each radius
+# Limits of models: a model file may come from anybody, and its runs must end.
+SPHERES = (0.0005, 0.2)  # metres, smallest and largest radius: a larger sphere lies on no seat
+MOST_RADII, MOST_DROPS = 20, 10_000  # drops at each radius
 THRESHOLD = 0.5  # score above which an object is a member
 
 
 @dataclass(frozen=True, kw_only=True)
 class Membership:
-    """Whether an object has a function."""
+    """Whether an object has a function, and its score."""
 
     member: bool
     score: float  # 0 to 1, to four places
-    radius: float  # of the spheres that count most, metres
+    radius: float  # of the spheres that count most for the function, metres
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading:
-    """One object's drops, the quantities that a model computes from them, and the scores."""
+    """The drops of one object, the quantities that a model computes from them, and the scores."""
 
     drops: DropsByRadius
     scores: np.ndarray  # (F,) float, 0 to 1
-    model: FunctionModel  # that computed the scores: the model itself, or its part for the first drops
-    profile: np.ndarray | None = None  # (R * Q,) float, the quantities; None of models that count cubes
+    model: FunctionModel  # that computed the scores: the model itself, or its model of the first drops
+    profile: np.ndarray | None = None  # (R * Q,) float, quantities; None for models by cubes
 
     @property
     def rounded(self) -> list[float]:
-        """The scores rounded to four places, as they are reported."""
+        """The scores rounded to four decimals, as they are reported."""
         return [round(score, 4) for score in self.scores.tolist()]
 
 
 class FunctionModel(ABC):
-    """A model that classifies objects from the spheres that were dropped on them."""
+    """A model that classifies objects from the drops on them."""
 
     simulator: str | Simulator
     radii: Sequence[float]  # metres
@@ -55,17 +55,17 @@ class FunctionModel(ABC):
     functions_: tuple[str, ...]
     names_: list[str]  # of the training objects
     members_: np.ndarray  # (N, F) bool
-    radius_: dict[str, float]  # that counts most for each function, metres
+    radius_: dict[str, float]  # radius that counts most for each function, metres
     checks_stability = False  # whether an object that would fall over has no function
 
     @property
     @abstractmethod
-    def length(self) -> RunLimit:
-        """How long its runs are."""
+    def run_limit(self) -> RunLimit:
+        """The limit of its runs."""
 
     @abstractmethod
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects on which spheres have fallen."""
+        """Return the scores (N, F) of objects from their drops."""
 
     @abstractmethod
     def chosen_radii(self) -> list[float]:
@@ -76,8 +76,8 @@ class FunctionModel(ABC):
         """Return a copy for one function only."""
 
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
-        """Return the reading of as many drops as an answer needs; ``drop`` makes a run with a limit."""
-        return self.reading_of(drop(self.length))
+        """Return the reading of as many drops as an answer needs; ``drop`` returns the drops of a run with a limit."""
+        return self.reading_of(drop(self.run_limit))
 
     def settled_by(self, drop: Callable[[RunLimit], DropsByRadius]) -> DropsByRadius:
         """Return the drops of `read`, under its old name."""
@@ -85,7 +85,7 @@ class FunctionModel(ABC):
         return self.read(drop).drops
 
     def reading_of(self, drops: DropsByRadius) -> Reading:
-        """Return the reading of one object's drops."""
+        """Return the reading of the drops of one object."""
         return Reading(drops=drops, scores=self.score_settled([drops])[0], model=self)
 
     def sentences(self, reading: Reading) -> list[str]:
@@ -100,23 +100,23 @@ class FunctionModel(ABC):
         """Return why the answer is unsure, each a sentence; none if it is sure."""
         return []
 
-    def dropping(self, loading: LoadOptions | None = None) -> Dropping:
-        """Return how spheres are dropped on objects that the model classifies."""
-        return Dropping(
+    def drop_config(self, loading: LoadOptions | None = None) -> DropConfig:
+        """Return how spheres are dropped on the objects that the model classifies."""
+        return DropConfig(
             simulator=self.simulator,
             radii=tuple(self.chosen_radii()),
             seed=self.seed,
             loading=loading or LoadOptions(),
-            length=self.length,
+            run_limit=self.run_limit,
         )
 
     def column_of(self, name: str) -> int:
-        """Return which column of ``members_`` a function is.
+        """Return the column of a function in ``members_``.
 
         Raises
         ------
         InputError
-            If it was not learnt.
+            If the model does not have the function.
         """
         if name not in self.functions_:
             raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
@@ -125,7 +125,7 @@ class FunctionModel(ABC):
     def memberships_of(
         self, settled: Sequence[DropsByRadius], *, any_heading: bool = False
     ) -> list[dict[str, Membership]]:
-        """Return the memberships of each object, by the function's name; see `score_settled`."""
+        """Return the memberships of each object by function; see `score_settled`."""
         return self.memberships_by(self.score_settled(settled, any_heading=any_heading))
 
     def memberships_by(self, scores: np.ndarray) -> list[dict[str, Membership]]:
@@ -141,9 +141,9 @@ class FunctionModel(ABC):
 
 
 def require_bounds(radii: Sequence[float], drops: int | None, path: str | Path):
-    """Raise InputError for a model of more or other spheres than any object is worth."""
+    """Raise InputError for a model whose radii or drops are outside the limits."""
     if not (0 < len(radii) <= MOST_RADII and all(SPHERES[0] <= radius <= SPHERES[1] for radius in radii)):
-        wanted = f"1 to {MOST_RADII} radii from {format_length(SPHERES[0])} to {format_length(SPHERES[1])}"
-        raise InputError(f"{path}: expected a model of {wanted}, got {', '.join(map(str, radii[:MOST_RADII]))} m")
+        expected = f"1 to {MOST_RADII} radii from {format_length(SPHERES[0])} to {format_length(SPHERES[1])}"
+        raise InputError(f"{path}: expected a model of {expected}, got {', '.join(map(str, radii[:MOST_RADII]))} m")
     if drops is not None and not 0 < drops <= MOST_DROPS:
         raise InputError(f"{path}: expected a model of 1 to {MOST_DROPS:,} drops at each radius, got {drops:,}")

@@ -35,9 +35,9 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
-from spherefunc_bullet.settling.dropping import CloudObject
+from spherefunc_bullet.settling.cached_runs import CloudObject
 from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
-from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.settling.resting_places import resting_places
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, StandSettings
@@ -62,7 +62,7 @@ def label_steps(path: Path, model: FunctionClassifier) -> list[float]:
     marks.append(process_time())
     cloud = load_cloud(path)  # reads again, which is taken off
     marks.append(process_time())
-    settled = settle(cloud, model.simulator, model.chosen_radii(), model.seed, model.length)
+    settled = settle(cloud, model.simulator, model.chosen_radii(), model.seed, model.run_limit)
     marks.append(process_time())
     profiles = model.profiles([settled])
     marks.append(process_time())
@@ -108,21 +108,21 @@ class TimedObject(CloudObject):
 
     seconds: list[float] = field(default_factory=list)
 
-    def drops(self, length: RunLimit) -> DropsByRadius:
+    def drops(self, run_limit: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         start = perf_counter()
-        drops = super().drops(length)
+        drops = super().drops(run_limit)
         self.seconds.append(perf_counter() - start)
         return drops
 
 
 def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
     """Return the seconds that drops, and then quantities and scores, take on a cloud that is loaded."""
-    item = TimedObject(own=cloud, dropping=model.dropping())
+    item = TimedObject(raw_cloud=cloud, drop_config=model.drop_config())
     start = perf_counter()
     decide(item, model)
-    dropping = sum(item.seconds)
-    return dropping, perf_counter() - start - dropping
+    drop_seconds = sum(item.seconds)
+    return drop_seconds, perf_counter() - start - drop_seconds
 
 
 def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 40):

@@ -17,7 +17,7 @@ from ..evaluation import TRAIN_SIZES
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
     from spherefunc_bullet.datasets.dataset import Dataset
-    from spherefunc_bullet.settling.dropping import Dropping
+    from spherefunc_bullet.settling.cached_runs import DropConfig
 
     from ..mechanics.measures import TaskReports
 
@@ -83,12 +83,12 @@ def evaluate(
     require_sensible(data, test, impaired, corruptions, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     asked, chosen = asked_tasks(tasks), find_method(method)
-    dropping = options.dropping(backend, shape, radii, seed, up, units, method, miss_limit)
-    lengths = dropping.radii
+    drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
+    lengths = drop_config.radii
 
     def simulated(some: Dataset) -> Simulated:
         """Return a data set, simulated."""
-        return simulate_dataset(some, dropping, jobs=jobs, run=run, failed=failures.add)
+        return simulate_dataset(some, drop_config, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(dataset)
     tested = None if test is None else simulated(open_dataset(test))
@@ -102,16 +102,16 @@ def evaluate(
     shares = None
     if impaired:
         how = {"copied": copied, "jobs": jobs, "failed": failures.add}
-        [copies] = impaired_copies([learnt], dataset, [dropping], **how)
-        shares = impaired_shares(copies, dropping, chosen, unseen_kinds=True)
+        [copies] = impaired_copies([learnt], dataset, [drop_config], **how)
+        shares = impaired_shares(copies, drop_config, chosen, unseen_kinds=True)
         if picture is not None:
             draw_impaired(shares, picture)
     rates = None
     if corruptions:
-        rates = corruption_rates(learnt, tested, dropping, chosen, copied=copied, jobs=jobs, failed=failures.add)
+        rates = corruption_rates(learnt, tested, drop_config, chosen, copied=copied, jobs=jobs, failed=failures.add)
         if picture is not None:
             draw_corruptions(rates, picture)
-    mechanics = measured_tasks(dataset, dropping, asked, task_objects)
+    mechanics = measured_tasks(dataset, drop_config, asked, task_objects)
     reports = None if mechanics is None else task_reports(mechanics)
     print_results(about, results, json, shares, confusion, reports, rates)
     if mechanics is not None and not json:
@@ -131,10 +131,10 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
 
 
-def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> TaskReports | None:
+def measured_tasks(dataset: Dataset, drop_config: DropConfig, tasks: Sequence[str], count: int) -> TaskReports | None:
     """Return what the backend does of the tasks besides labels; None where there are none."""
     from ..comparison.experiment import LABELS
     from ..mechanics.measures import measured
 
-    others, simulators = [name for name in tasks if name != LABELS], {dropping.simulator.name: dropping.simulator}
-    return measured(dataset.objects, simulators, others, count, None, dropping.loading) if others else None
+    others, simulators = [name for name in tasks if name != LABELS], {drop_config.simulator.name: drop_config.simulator}
+    return measured(dataset.objects, simulators, others, count, None, drop_config.loading) if others else None

@@ -45,13 +45,13 @@ def figures(
 
     failures = Failures()
     chosen = find_cube_method(method)
-    dropping = options.dropping(backend, shape, radii, seed, up, units, method)
+    drop_config = options.drop_config(backend, shape, radii, seed, up, units, method)
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
     prepare_folder(out)
-    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
+    simulated = simulate_dataset(dataset, drop_config, jobs=jobs, failed=failures.add)
     protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
-    evaluated = evaluate_data(simulated, dropping, chosen, protocol)
+    evaluated = evaluate_data(simulated, drop_config, chosen, protocol)
     written = write_figures(evaluated, out, failures.count)
     print_json([str(path) for path in written]) if json else show("\n".join(map(str, written)))
     failures.exit()
@@ -105,7 +105,7 @@ def configuration(data: EvaluatedData, left_out: int) -> dict[str, Any]:
     """Return what decides the figures."""
     from ..machine import versions
 
-    simulator = data.dropping.simulator
+    simulator = data.drop_config.simulator
     return {
         "data": data.name,
         "objects": len(data.simulated.objects),

@@ -28,7 +28,7 @@ def mechanics(
     """Measure poses found, sound furniture distinguished from sawn, and vessels classified by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
-    from spherefunc_bullet.settling.dropping import LoadOptions
+    from spherefunc_bullet.settling.cached_runs import LoadOptions
     from spherefunc_bullet.simulator import make_simulator
 
     from ..mechanics.measures import measured, read_tasks, task_reports

@@ -77,7 +77,7 @@ def rooms(
     training = TrainingOptions(
         simulator=make_simulator(backend),
         radii=find_method(method).radii if radii is None else parse_lengths(radii),
-        length=find_method(method).length,
+        run_limit=find_method(method).run_limit,
         completion=steps,
         method=method,
         seed=seed,

@@ -11,7 +11,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.validation import THRESHOLD
-from spherefunc_bullet.settling.dropping import LoadOptions
+from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
 from spherefunc_bullet.viewer.pictures import fitting_radius
 

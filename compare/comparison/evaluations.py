@@ -49,9 +49,9 @@ def shares_of_copies(comparison: Comparison, experiment: Experiment, dataset: Da
     """
     shares: Shares = {}
     method, entries = find_method(experiment.methods[0]), comparison.entries
-    learnt, droppings = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
+    learnt, drop_configs = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
     how = {"copied": experiment.copied, "jobs": jobs, "failed": say_left_out}
-    for entry, impaired in zip(entries, impaired_copies(learnt, dataset, droppings, **how), strict=True):
+    for entry, impaired in zip(entries, impaired_copies(learnt, dataset, drop_configs, **how), strict=True):
         add_shares(shares, impaired_shares(impaired, entry.candidate, method, baselines=not shares), entry.name)
     names = {entry.name for entry in entries}
     return {

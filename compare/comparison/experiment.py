@@ -14,7 +14,7 @@ from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
+from spherefunc_bullet.settling.cached_runs import DropConfig, LoadOptions
 from spherefunc_bullet.settling.drops import LIMITED, RunLimit
 from spherefunc_bullet.simulator import make_simulator
 
@@ -29,7 +29,7 @@ Kind = TypeVar("Kind")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ComparedSimulator(Dropping):
+class ComparedSimulator(DropConfig):
     """One simulator in the comparison, and how it drops spheres."""
 
     name: str  # in the tables: the backend, and its shape where several are compared
@@ -61,10 +61,10 @@ class Experiment:
         return LoadOptions(up=self.up, units=self.units)
 
     @property
-    def length(self) -> RunLimit:
+    def run_limit(self) -> RunLimit:
         """How long runs are: all methods read the same spheres."""
-        length = find_method(PROFILE).length if PROFILE in self.methods else LIMITED
-        return length.ending(self.miss_limit)
+        run_limit = find_method(PROFILE).run_limit if PROFILE in self.methods else LIMITED
+        return run_limit.ending(self.miss_limit)
 
 
 def candidates(experiment: Experiment) -> list[ComparedSimulator]:
@@ -92,7 +92,7 @@ def shapes_of(experiment: Experiment, backend: str) -> list[ComparedSimulator]:
     options = experiment.options.get(backend, {})
     usual = PROFILE_RADII if PROFILE in experiment.methods else CUBES_RADII
     radii = {ALL: usual} | dict(experiment.radii)
-    how = {"seed": experiment.seeds[0], "loading": experiment.loading, "length": experiment.length}
+    how = {"seed": experiment.seeds[0], "loading": experiment.loading, "run_limit": experiment.run_limit}
 
     def named(name: str, **shape: str) -> ComparedSimulator:
         simulator, own = make_simulator(backend, **options | shape), radii.get(name) or radii.get(backend) or radii[ALL]

@@ -25,7 +25,7 @@ from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_leng
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
 from spherefunc_bullet.learning.model_file import model_for_views
-from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
+from spherefunc_bullet.settling.cached_runs import DropConfig, LoadOptions
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, CameraView, fitting_radius, object_picture
@@ -85,17 +85,17 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     InputError
         If there is no such backend, or the folder cannot be written.
     """
-    watch, dropping = Stopwatch(), Dropping(simulator=backend, radii=METHOD.radii, length=METHOD.length)
+    watch, drop_config = Stopwatch(), DropConfig(simulator=backend, radii=METHOD.radii, run_limit=METHOD.run_limit)
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
-        simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=jobs, failed=Failures().add)
+        simulated = simulate_dataset(open_dataset(DATA), drop_config, jobs=jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):
         results, confusion = evaluated(simulated)
     with step(watch, "asking whether copies that look right still work"):
         how = {"copied": COPIED, "jobs": jobs, "failed": Failures().add}
-        [copies] = impaired_copies([simulated], open_dataset(DATA), [dropping], **how)
-        shares = impaired_shares(copies, dropping, METHOD)
+        [copies] = impaired_copies([simulated], open_dataset(DATA), [drop_config], **how)
+        shares = impaired_shares(copies, drop_config, METHOD)
     with step(watch, "learning all, and classifying objects that were not learnt"):
-        model = train_on(simulated, dropping, METHOD.name)
+        model = train_on(simulated, drop_config, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
         asked = [(model, partial(model_for_views, model, given=True))]
         rows = [classified_file(item.path, asked, LoadOptions(up="z")) for item in unseen]
@@ -123,7 +123,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         impaired=Image.open(impaired).convert("RGB"),
         laid=laid.convert("RGB"),
         comparison=comparison,
-        configuration=configuration(dropping.simulator, simulated),
+        configuration=configuration(drop_config.simulator, simulated),
         seconds=watch.seconds,
     )
     return write_text(out / "report.html", page(summary))

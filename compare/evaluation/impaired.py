@@ -25,7 +25,7 @@ from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
 from spherefunc_bullet.scenes.impairment.folder import CopyRow, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.settling.dropping import Dropping, LoadOptions
+from spherefunc_bullet.settling.cached_runs import DropConfig, LoadOptions
 
 from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves
@@ -84,7 +84,12 @@ class ImpairedSet:
 
 
 def impaired_shares(
-    impaired: ImpairedSet, dropping: Dropping, method: AnyMethod, *, baselines: bool = True, unseen_kinds: bool = False
+    impaired: ImpairedSet,
+    drop_config: DropConfig,
+    method: AnyMethod,
+    *,
+    baselines: bool = True,
+    unseen_kinds: bool = False,
 ) -> Shares:
     """Return the share of every kind of copy that is still called by its function, by spheres and every baseline.
 
@@ -97,7 +102,7 @@ def impaired_shares(
     unseen_kinds : bool
         Whether what learns copies is also asked about each kind when it has learnt copies of all other kinds alone.
     """
-    both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
+    both, radii, splits = impaired.simulated, drop_config.radii, held_out(impaired, drop_config.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
     said, held = {}, {}
@@ -124,14 +129,14 @@ def apply_stability_check(
     held = [trial.predicted for trial in trials]
     if checks is None:
         return held, held
-    denied = [checks.denied(trial.rows, trial.scores, read.labels.functions)[0] for trial in trials]
-    return [said & ~without for said, without in zip(held, denied, strict=True)], held
+    excluded = [checks.excluded(trial.rows, trial.scores, read.labels.functions)[0] for trial in trials]
+    return [said & ~without for said, without in zip(held, excluded, strict=True)], held
 
 
 def impaired_copies(
     learnt: Sequence[Simulated],
     dataset: Dataset,
-    droppings: Sequence[Dropping],
+    drop_configs: Sequence[DropConfig],
     *,
     copied: int | None = None,
     jobs: int = -1,
@@ -143,7 +148,7 @@ def impaired_copies(
     ----------
     learnt : sequence of Simulated
         The whole objects of the data set by each dropping.
-    droppings : sequence of Dropping
+    drop_configs : sequence of Dropping
         How spheres fall; the seed of the first is that of the copies too.
     copied : int
         Of each function so many objects at most have copies, evenly chosen; all are learnt.
@@ -151,10 +156,10 @@ def impaired_copies(
         Is given the error of each file that cannot be used.
     """
     whole = replace(dataset, objects=evenly_chosen(learnt[0].objects, copied))
-    folder = built_copies(whole, droppings[0], jobs, failed)
+    folder = built_copies(whole, drop_configs[0], jobs, failed)
     copies = {copy.item.path: copy for copy in read_copies(folder)}
     data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
-    loaded = [replace(dropping, loading=LoadOptions()) for dropping in droppings]
+    loaded = [replace(drop_config, loading=LoadOptions()) for drop_config in drop_configs]
     done = simulate_by_all(data, loaded, jobs=jobs, failed=[failed] * len(loaded))
     return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
 
@@ -198,22 +203,22 @@ def scores_for_unseen_kinds(impaired: ImpairedSet, read: ProfileFeatures, splits
     return said
 
 
-def built_copies(dataset: Dataset, dropping: Dropping, jobs: int, failed: Failed) -> Path:
+def built_copies(dataset: Dataset, drop_config: DropConfig, jobs: int, failed: Failed) -> Path:
     """Return the folder of a data set's copies, made in the cache the first time."""
-    how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
-    folder = cache_home() / "impaired" / content_name(dataset, dropping)
+    how = {"seed": drop_config.seed, "up": drop_config.loading.up, "units": drop_config.loading.units}
+    folder = cache_home() / "impaired" / content_name(dataset, drop_config)
     built_once(folder, lambda place: impair_dataset(dataset, place, **how, jobs=jobs, failed=failed))
     return folder
 
 
-def content_name(dataset: Dataset, dropping: Dropping) -> str:
+def content_name(dataset: Dataset, drop_config: DropConfig) -> str:
     """Return the hash of all that decides the copies: files, labels, how they are loaded, and the seed."""
-    digest = hashlib.sha256(f"{version('spherefunc-bullet')} {VERSION} {dropping.seed}".encode())
+    digest = hashlib.sha256(f"{version('spherefunc-bullet')} {VERSION} {drop_config.seed}".encode())
     digest.update(" ".join(impairment.kind for impairment in IMPAIRMENTS).encode())
     for item in dataset.objects:
         about = (label_text(item.functions), label_text(item.also), item.category, item.group)
         digest.update("\n".join([dataset.name_of(item.path), *about]).encode())
-        digest.update(dropping.content_hash(item.path).encode())
+        digest.update(drop_config.content_hash(item.path).encode())
     return digest.hexdigest()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.classification import denied, failed_uses
+from spherefunc_bullet.classification import excluded, failed_uses
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
@@ -18,8 +18,8 @@ from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, METHODS, AnyMethod, Method
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
-from spherefunc_bullet.settling.dropping import Check
-from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
+from spherefunc_bullet.settling.cached_runs import Check
+from spherefunc_bullet.settling.drops import DropsByRadius, settled_in_column
 from spherefunc_bullet.settling.records import ObjectRecord
 
 from .evaluation import Evaluation, FeatureMethod, Trial, Weights, asked_by, evaluation_of, pooled_trial
@@ -44,13 +44,13 @@ class UseChecks:
         """Return the checks of some objects, in their order."""
         return UseChecks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
 
-    def denied(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    def excluded(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which fail in use, (T,)."""
         failed = [
             () if self.fallen[row] else failed_uses(np.array(functions)[own > THRESHOLD], self.uses[row])
             for row, own in zip(rows, scores, strict=True)
         ]
-        without = [denied(functions, falls, uses) for falls, uses in zip(self.fallen[rows], failed, strict=True)]
+        without = [excluded(functions, falls, uses) for falls, uses in zip(self.fallen[rows], failed, strict=True)]
         return np.array(without).reshape(scores.shape), np.array([bool(uses) for uses in failed], bool)
 
 
@@ -84,7 +84,7 @@ class ProfileFeatures(FeatureMethod):
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.checks is None:
             return scores, weights, learnt.are_uncertain(scores)
-        without, failing = self.checks.denied(fold.test, scores, functions)
+        without, failing = self.checks.excluded(fold.test, scores, functions)
         scores[without] = 0.0
         return scores, weights, learnt.are_uncertain(scores) | failing
 
@@ -169,7 +169,7 @@ def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0)
     """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
     points = voxel_centers(record)
     mixed = np.random.default_rng(seed).permutation(points)
-    return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
+    return {radius: settled_in_column(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import Labels, Protocol, labels_of, require_enough
@@ -22,7 +22,7 @@ class EvaluatedData:
     """A data set's objects, and what was said of them when they were not learnt."""
 
     simulated: Simulated
-    dropping: Dropping
+    drop_config: DropConfig
     protocol: Protocol  # its training sizes are those of the confusion matrices
     evaluation: Evaluation  # at the training sizes of the learning curve
 
@@ -33,7 +33,7 @@ class EvaluatedData:
     @property
     def radii(self) -> tuple[float, ...]:
         """Metres, ascending."""
-        return self.dropping.radii
+        return self.drop_config.radii
 
     @property
     def labels(self) -> Labels:
@@ -46,10 +46,10 @@ class EvaluatedData:
 
     def cloud(self, index: int) -> Cloud:
         """Return an object's cloud, as it was when the spheres fell."""
-        return self.dropping.cloud(self.simulated.objects[index].path)
+        return self.drop_config.cloud(self.simulated.objects[index].path)
 
 
-def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, protocol: Protocol) -> EvaluatedData:
+def evaluate_data(simulated: Simulated, drop_config: DropConfig, method: Method, protocol: Protocol) -> EvaluatedData:
     """Return a data set with its evaluation, at more training sizes than the protocol has, and each object left out.
 
     Raises
@@ -61,8 +61,8 @@ def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, prot
     require_enough(simulated.name, len(labels))
     sizes = tuple(ladder(len(labels), protocol.train_sizes))
     splits = replace(protocol, train_sizes=sizes, leave_one_out=True).splits(labels)
-    evaluation = spheres_read(simulated, dropping.radii, method).evaluation(splits)
-    return EvaluatedData(simulated=simulated, dropping=dropping, protocol=protocol, evaluation=evaluation)
+    evaluation = spheres_read(simulated, drop_config.radii, method).evaluation(splits)
+    return EvaluatedData(simulated=simulated, drop_config=drop_config, protocol=protocol, evaluation=evaluation)
 
 
 def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:

@@ -11,7 +11,7 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.settling.dropping import LoadOptions
+from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses

@@ -18,7 +18,7 @@ from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.dropping import LoadOptions
+from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 

@@ -23,8 +23,8 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.dropping import LoadOptions
-from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.settling.cached_runs import LoadOptions
+from spherefunc_bullet.settling.resting_places import resting_places
 from spherefunc_bullet.simulator import Simulator, isolated
 from spherefunc_bullet.simulator.mechanics import Material, Stance, StandSettings
 from spherefunc_bullet.simulator.statics.body import body_of

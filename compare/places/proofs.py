@@ -11,7 +11,7 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
-from spherefunc_bullet.commands.options import dropping
+from spherefunc_bullet.commands.options import drop_config
 from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.learning import validation
@@ -49,7 +49,7 @@ class TriedPlaces:
 
 def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict[str, np.ndarray]]:
     """Return a folder's objects, and of each function their scores, from what has learnt the other sources."""
-    how = dropping("fast", None, None, 0, "z", "m")
+    how = drop_config("fast", None, None, 0, "z", "m")
     simulated = simulate_dataset(open_dataset(str(folder)), how, failed=lambda error: say(str(error)))
     labels = labels_of(simulated)
     trial = spheres_profiled(simulated, labels, how.radii).trial(leave_one_group_out(labels.groups))

@@ -15,7 +15,7 @@ from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.settings import SEGMENTATION
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, scan_room
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.settling import settle
 
@@ -26,7 +26,7 @@ OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not 
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainingOptions(Dropping):
+class TrainingOptions(DropConfig):
     """How examples are made, and what learns from them."""
 
     completion: tuple[str, ...] = ()
@@ -85,5 +85,5 @@ def partial_examples(
             if cloud.size.max() < SEGMENTATION.large:
                 continue
             item = room.objects[number].item
-            settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)
+            settled = settle(cloud, training.simulator, training.radii, training.seed, training.run_limit)
             yield settled, item.functions, f"{item.path.stem} in {room.name}"

@@ -28,7 +28,7 @@ from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
-from spherefunc_bullet.settling.dropping import settle_cached
+from spherefunc_bullet.settling.cached_runs import settle_cached
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
@@ -108,7 +108,7 @@ def room_examples(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier
         for place, example in enumerate(proposed_examples(scan.points, scan.labels, model.simulator)):
             name = f"{room.name}_{view}_{example.by}_{place}"
             item = None if example.nearest < 0 else room.objects[example.nearest].item
-            settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
+            settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.run_limit)
             record = record_of(Path(name), shape_of(example.cloud), settled)
             examples.append(proposal_example(name, example, item, record, visible[example.nearest]))
     return examples
@@ -138,7 +138,7 @@ def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) 
 
 def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> TrainingExample:
     """Return the training example of a whole model."""
-    settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.length)
+    settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.run_limit)
     name, source = item.path.name, source_object(item)
     surroundings = alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
@@ -147,7 +147,7 @@ def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassi
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
     """Return the places (S, 3) where small spheres rest on an object of a room, metres, in the frame of the room."""
-    settled = settle_cached(placed.cloud, model.simulator, model.radii, model.seed, model.length)
+    settled = settle_cached(placed.cloud, model.simulator, model.radii, model.seed, model.run_limit)
     return transformed(settled[_SPHERE_RADIUS].rests.astype(float), placed.T_room_object)
 
 

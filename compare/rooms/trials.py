@@ -22,7 +22,7 @@ from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import simulate_objects
 
 from .matching import Functions, MatchCounts, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
@@ -128,8 +128,8 @@ class Fold:
         paths = sorted({item.path for item in items} - self.of_models.keys())
         model = self.model
         radii = tuple(model.chosen_radii())
-        dropping = Dropping(simulator=model.simulator, radii=radii, seed=model.seed, length=model.length)
-        for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
+        drop_config = DropConfig(simulator=model.simulator, radii=radii, seed=model.seed, run_limit=model.run_limit)
+        for index, record in simulate_objects(paths, drop_config, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
             self.of_models[paths[index]] = frozenset(
                 name for name, membership in functions.items() if membership.member

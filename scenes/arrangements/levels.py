@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 from spherefunc_bullet.learning.profiles.columns import outline_of
-from spherefunc_bullet.settling.places import ACROSS, LIMITS
+from spherefunc_bullet.settling.resting_places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
 from .falls import ArrangedDrops, surroundings

@@ -18,16 +18,16 @@ from spherefunc_bullet.errors import InputError, warn_renamed
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
-from spherefunc_bullet.settling.dropping import CloudObject
+from spherefunc_bullet.settling.cached_runs import CloudObject
 from spherefunc_bullet.settling.drops import (
     NOT_SETTLED,
     Drops,
     DropsByRadius,
     RunLimit,
-    fallen_where_they_rest,
     resting_drops,
+    settled_in_column,
 )
-from spherefunc_bullet.settling.places import ACROSS, LIMITS
+from spherefunc_bullet.settling.resting_places import ACROSS, LIMITS
 from spherefunc_bullet.settling.settling import DENSE, drop_settings, no_drops, too_fine
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator, make_simulator
 
@@ -53,14 +53,14 @@ def functions_among(objects: Sequence[ArrangedObject], number: int, model: Funct
 
 
 def drops_for(
-    objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float, seed: int, length: RunLimit
+    objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float, seed: int, run_limit: RunLimit
 ) -> Drops:
     """Return the drops of one radius in the object's own frame; what another object carries did not settle."""
     own = objects[number].own
-    if too_fine(radius, own, length) or radius > own.size.max():
-        return no_drops(radius, length)
-    falls = surroundings(objects, number, radius).drop(simulator, drop_settings(simulator, radius, length), seed)
-    if length.drops is None:
+    if too_fine(radius, own, run_limit) or radius > own.size.max():
+        return no_drops(radius, run_limit)
+    falls = surroundings(objects, number, radius).drop(simulator, drop_settings(simulator, radius, run_limit), seed)
+    if run_limit.drops is None:
         return resting_drops(radius, objects[number].to_own(falls.centers[falls.by(number)]).astype(np.float32))
     return own_drops(falls, objects, number)
 
@@ -70,7 +70,7 @@ def own_drops(falls: ArrangedDrops, objects: Sequence[ArrangedObject], number: i
     asked, kept = objects[number], falls.by(number)
     around = np.concatenate([asked.to_own(item.cloud.thinned(DENSE * falls.radius)) for item in objects])
     begun = np.column_stack([falls.columns, np.zeros(len(falls.columns))])
-    settled = fallen_where_they_rest(asked.to_own(falls.centers[kept]), around, falls.radius)
+    settled = settled_in_column(asked.to_own(falls.centers[kept]), around, falls.radius)
     return replace(
         settled,
         places=asked.to_own(begun)[:, :2].astype(np.float32),
@@ -222,7 +222,7 @@ def classify_one(
         stands_on=feet.carriers([other.name for other in without(placed, number)]),
         carries=falls.centers[falls.by(number)],
         level=level_of(placed, number, simulator, settings.radius, settings.drops, settings.seed),
-        alone=decide(CloudObject(own=placed[number].own, dropping=model.dropping()), model).memberships,
+        alone=decide(CloudObject(raw_cloud=placed[number].own, drop_config=model.drop_config()), model).memberships,
         together=functions_among(placed, number, model),
     )
 

@@ -160,7 +160,7 @@ def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRad
     settled: list[DropsByRadius] = [{} for _ in clouds]
     radii = [informative_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
-    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
+    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.run_limit):
         if isinstance(outcome, InputError):
             logger.warning("object %d: %s", number, outcome)
         else:
@@ -175,7 +175,7 @@ def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float
 
 def informative_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
     """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
-    if model.length.drops is not None:
+    if model.run_limit.drops is not None:
         return model.chosen_radii()
     smallest = value_for_size(RECOGNITION.smallest_radii, cloud.size.max())
     return [radius for radius in model.chosen_radii() if radius >= smallest]

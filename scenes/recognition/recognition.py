@@ -136,7 +136,7 @@ def recognise(
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
-    bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
+    bars = None if model.run_limit.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
     context = RecognitionContext(model=model, completion=completion, bars=bars, surroundings=around)
     candidates = judged(dense, proposed, context, watch)

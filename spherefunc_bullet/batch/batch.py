@@ -18,7 +18,7 @@ from pathlib import Path
 from ..datasets.dataset import Dataset
 from ..errors import InputError
 from ..processes.tasks import run_tasks
-from ..settling.dropping import Dropping
+from ..settling.cached_runs import DropConfig
 from .folder import RunFolder
 from .ledger import Ledger, LedgerRow, RunConfig
 from .task import SimulationTask, rows_to_record, settled_rows, valid_row
@@ -32,7 +32,7 @@ class Batch:
     """What is to be simulated, and where it is kept."""
 
     dataset: Dataset
-    dropping: Dropping
+    drop_config: DropConfig
     folder: RunFolder
 
     @property
@@ -42,15 +42,15 @@ class Batch:
 
     def way(self, radius: float) -> RunConfig:
         """Return how the ledger describes the runs of one radius."""
-        simulator = self.dropping.simulator
-        settings = self.dropping.settings(radius) | {
+        simulator = self.drop_config.simulator
+        settings = self.drop_config.settings(radius) | {
             "version": simulator.version,
             "options": simulator.options(),
-            "loading": self.dropping.loading.kept(),
+            "loading": self.drop_config.loading.to_dict(),
         }
         del settings["radius"]
         same_text = json.dumps(settings, sort_keys=True, default=str)
-        return RunConfig(backend=simulator.name, settings=same_text, radius=radius, seed=self.dropping.seed)
+        return RunConfig(backend=simulator.name, settings=same_text, radius=radius, seed=self.drop_config.seed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +130,7 @@ def here(tasks: Sequence[SimulationTask], folder: RunFolder, jobs: int, limits: 
 def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[SimulationTask], list[FinishedObject]]:
     """Return what the ledger lacks, and the objects of which it has everything."""
     objects = batch.objects
-    ways = {ledger.number(batch.way(radius)): radius for radius in batch.dropping.radii}
+    ways = {ledger.number(batch.way(radius)): radius for radius in batch.drop_config.radii}
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
     standing: dict[str, list[LedgerRow]] = {name: [] for name in objects}
@@ -138,7 +138,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
             continue  # of another data set, or another shard, in the same folder
-        now = valid_row(row, objects[row.object], batch.folder, batch.dropping, retry_failed)
+        now = valid_row(row, objects[row.object], batch.folder, batch.drop_config, retry_failed)
         if now is None:
             missing[row.object][row.way] = ways[row.way]
         else:
@@ -146,7 +146,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
             moved += [now] if now != row else []
     ledger.write(moved)
     tasks = [
-        SimulationTask(path=objects[name], name=name, radii=radii, dropping=batch.dropping)
+        SimulationTask(path=objects[name], name=name, radii=radii, drop_config=batch.drop_config)
         for name, radii in missing.items()
         if radii
     ]
@@ -154,7 +154,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
     return tasks, done
 
 
-def known_failures(run: Path, dataset: Dataset, dropping: Dropping) -> dict[Path, InputError]:
+def known_failures(run: Path, dataset: Dataset, drop_config: DropConfig) -> dict[Path, InputError]:
     """Return the objects that failed in a run, by path, whose files have not changed since.
 
     Raises
@@ -162,12 +162,12 @@ def known_failures(run: Path, dataset: Dataset, dropping: Dropping) -> dict[Path
     InputError
         If there is no such run.
     """
-    batch = Batch(dataset=dataset, dropping=dropping, folder=RunFolder(run))
+    batch = Batch(dataset=dataset, drop_config=drop_config, folder=RunFolder(run))
     objects, failed = batch.objects, {}
     with batch.folder.ledger() as ledger:
-        for row in ledger.failures([batch.way(radius) for radius in dropping.radii]):
+        for row in ledger.failures([batch.way(radius) for radius in drop_config.radii]):
             path = objects.get(row.object)
-            if path is not None and valid_row(row, path, batch.folder, dropping, retry_failed=False):
+            if path is not None and valid_row(row, path, batch.folder, drop_config, retry_failed=False):
                 failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")
     return failed
 

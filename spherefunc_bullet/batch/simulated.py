@@ -9,7 +9,7 @@ from pathlib import Path
 from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
-from ..settling.dropping import Dropping
+from ..settling.cached_runs import DropConfig
 from ..settling.drops import DropsByRadius
 from ..settling.records import ObjectRecord, simulate_by_several
 from .batch import known_failures
@@ -34,7 +34,7 @@ class Simulated:
 
 def simulate_dataset(
     dataset: Dataset,
-    dropping: Dropping,
+    drop_config: DropConfig,
     *,
     jobs: int = -1,
     run: Path | None = None,
@@ -53,13 +53,13 @@ def simulate_dataset(
     InputError
         If no object is left, or there is no such run.
     """
-    [simulated] = simulate_by_all(dataset, [dropping], jobs=jobs, run=run, failed=[failed])
+    [simulated] = simulate_by_all(dataset, [drop_config], jobs=jobs, run=run, failed=[failed])
     return require_some(simulated)
 
 
 def simulate_by_all(
     dataset: Dataset,
-    droppings: Sequence[Dropping],
+    drop_configs: Sequence[DropConfig],
     *,
     jobs: int = -1,
     run: Path | None = None,
@@ -74,14 +74,14 @@ def simulate_by_all(
     failed : sequence of callable
         For each dropping, what is given the error of each file.
     """
-    known = [{} if run is None else known_failures(run, dataset, dropping) for dropping in droppings]
+    known = [{} if run is None else known_failures(run, dataset, drop_config) for drop_config in drop_configs]
     for own, tell in zip(known, failed, strict=True):
         for error in own.values():
             tell(error)
     asked = [[way for way, own in enumerate(known) if item.path not in own] for item in dataset.objects]
     left = [index for index, ways in enumerate(asked) if ways]
-    tasks = [(dataset.objects[index].path, [droppings[way] for way in asked[index]]) for index in left]
-    records: list[dict[int, ObjectRecord]] = [{} for _ in droppings]
+    tasks = [(dataset.objects[index].path, [drop_configs[way] for way in asked[index]]) for index in left]
+    records: list[dict[int, ObjectRecord]] = [{} for _ in drop_configs]
     done = simulate_by_several(tasks, jobs=jobs, home=run)
     for position, outcomes in progress(done, len(tasks), f"dropping spheres on {dataset.name}"):
         index = left[position]

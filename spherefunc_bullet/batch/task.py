@@ -14,14 +14,14 @@ import numpy as np
 from ..errors import InputError, Unexpected
 from ..formats.npz import read_entry
 from ..formats.sources import Source, as_source
-from ..settling.dropping import Dropping
+from ..settling.cached_runs import DropConfig
 from ..settling.drops import drops_from_rows
 from .folder import FullDisk, RunFolder, digest, size_and_time
 from .ledger import DONE, WAITING, LedgerRow
 
 
 def valid_row(
-    row: LedgerRow, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool
+    row: LedgerRow, path: Path, folder: RunFolder, drop_config: DropConfig, retry_failed: bool
 ) -> LedgerRow | None:
     """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
 
@@ -30,7 +30,7 @@ def valid_row(
     if row.outcome == WAITING or (row.outcome != DONE and retry_failed):
         return None
     stamp = source_stamp(path)
-    if row.source != stamp and not same_content(row, path, dropping):
+    if row.source != stamp and not same_content(row, path, drop_config):
         return None
     if row.outcome != DONE:
         return replace(row, source=stamp)
@@ -38,10 +38,10 @@ def valid_row(
     return about and replace(row, source=stamp, **about)
 
 
-def same_content(row: LedgerRow, path: Path, dropping: Dropping) -> bool:
+def same_content(row: LedgerRow, path: Path, drop_config: DropConfig) -> bool:
     """Return whether a file holds what it held when a row was written."""
     try:
-        return dropping.content_hash(path) == row.content
+        return drop_config.content_hash(path) == row.content
     except InputError:
         return False
 
@@ -78,7 +78,7 @@ class SimulationTask:
     path: Path
     name: str
     radii: dict[int, float]  # way in the ledger -> metres
-    dropping: Dropping
+    drop_config: DropConfig
     source: Source | None = None  # with its content, of a task that travels
 
 
@@ -92,7 +92,7 @@ def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
     """
     try:
         source = task.source or as_source(task.path)
-        content, cloud = task.dropping.content_hash(source), cache(lambda: task.dropping.cloud(source))
+        content, cloud = task.drop_config.content_hash(source), cache(lambda: task.drop_config.cloud(source))
         return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
     except (InputError, MemoryError):
         raise
@@ -106,10 +106,10 @@ def settled_row(
     task: SimulationTask, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder
 ) -> LedgerRow:
     """Return the row of one run, from the folder or simulated now."""
-    run = task.dropping.run_hash(content, radius)
+    run = task.drop_config.run_hash(content, radius)
     arrays = folder.find(run)
     if arrays is None:
-        arrays = task.dropping.run(cloud(), radius)
+        arrays = task.drop_config.run(cloud(), radius)
         folder.put(run, arrays)
     return done_row(task, way, content, run, arrays)
 
@@ -147,12 +147,12 @@ def kept(row: LedgerRow, folder: RunFolder) -> dict[str, int]:
 def failed_rows(task: SimulationTask, error: InputError, folder: RunFolder) -> list[LedgerRow]:
     """Return the rows of an object that failed: done are the radii that it had finished before."""
     try:
-        content = task.dropping.content_hash(task.path)
+        content = task.drop_config.content_hash(task.path)
     except InputError:
         content = None
     rows = []
     for way, radius in task.radii.items():
-        run = content and task.dropping.run_hash(content, radius)
+        run = content and task.drop_config.run_hash(content, radius)
         arrays = folder.find(run) if run else None
         if arrays is None:
             line = " ".join(str(error).replace(str(task.path), task.name).split())

@@ -17,7 +17,7 @@ from . import options
 if TYPE_CHECKING:
     from ..batch.batch import Batch, ObjectLimits
     from ..batch.folder import RunFolder
-    from ..settling.dropping import Dropping
+    from ..settling.cached_runs import DropConfig
 
 INTERRUPTED = 130  # what shells expect after Ctrl-C
 
@@ -76,7 +76,9 @@ def run(
     from ..formats.units import parse_duration, parse_memory
 
     limits = ObjectLimits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, options.dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
+    batch = batch_of(
+        data, folder, options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit), shard
+    )
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
@@ -92,14 +94,14 @@ def executor_for(
     return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
 
 
-def batch_of(data: str, folder: Path, how: Dropping, shard: str | None) -> Batch:
+def batch_of(data: str, folder: Path, how: DropConfig, shard: str | None) -> Batch:
     """Return the batch of a data set, or of a shard of it."""
     from ..batch.batch import Batch
     from ..batch.folder import RunFolder
     from ..datasets.dataset import open_dataset, parse_shard, shard_of
 
     part = parse_shard(shard)
-    return Batch(dataset=shard_of(open_dataset(data), part), dropping=how, folder=RunFolder(folder))
+    return Batch(dataset=shard_of(open_dataset(data), part), drop_config=how, folder=RunFolder(folder))
 
 
 def work_through(batch: Batch, json: bool, **options):

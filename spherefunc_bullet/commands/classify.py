@@ -17,8 +17,8 @@ from ..errors import InputError, one_line
 from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
-    from ..classification import Asked
-    from ..settling.dropping import LoadOptions
+    from ..classification import ModelPair
+    from ..settling.cached_runs import LoadOptions
 from typing import Any
 
 from ..console import print_table, show
@@ -60,7 +60,7 @@ def classify(
     from ..formats.files import require_place
     from ..learning.model_file import models_for
     from ..processes.tasks import run_tasks
-    from ..settling.dropping import LoadOptions
+    from ..settling.cached_runs import LoadOptions
     from ..simulator import isolated, make_simulator
 
     if table is not None:
@@ -114,18 +114,18 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified_file(
     file: Path,
-    asked: Sequence[Asked],
+    asked: Sequence[ModelPair],
     loading: LoadOptions,
     reasons: bool = True,
     explain: bool = True,
 ) -> Row:
     """Return what the contract prints of one file, reasons and what decided where that is wanted; for a worker."""
     from ..classification import classify_by_all
-    from ..settling.dropping import CachedFile
+    from ..settling.cached_runs import CachedFile
 
     started = time.perf_counter()
     reports = chain([say], repeat(None))  # what is odd about the file is said once
-    decision = classify_by_all(lambda model: CachedFile(file, model.dropping(loading), next(reports)), asked)
+    decision = classify_by_all(lambda model: CachedFile(file, model.drop_config(loading), next(reports)), asked)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
     if not explain:
         return row
@@ -180,11 +180,11 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
 
 def print_lying(rows: Sequence[Row]):
     """Print which objects lie as a file does whose y axis points up."""
-    from ..classification import LIES
+    from ..classification import WRONG_UP_AXIS
 
     for row in rows:
-        if LIES in row.get("reasons", ()):
-            show(f"{Path(row['file']).name}: {LIES}")
+        if WRONG_UP_AXIS in row.get("reasons", ()):
+            show(f"{Path(row['file']).name}: {WRONG_UP_AXIS}")
 
 
 def answer_text(row: Row) -> str:
@@ -244,9 +244,9 @@ def named_neighbors(row: Row) -> list[str]:
 
 def print_quantities(row: Row, name: str):
     """Print which quantities decided about one function of one object."""
-    from ..learning.profiles.words import cells_of
+    from ..learning.profiles.words import table_cells
 
-    table = [cells_of(decided) for decided in row["quantities"][name]]
+    table = [table_cells(decided) for decided in row["quantities"][name]]
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"
     print_table(title, ["quantity", "spheres", "here", "median learnt", "change without it"], table)
 

@@ -15,7 +15,7 @@ from ..formats.units import BY_FILE as BY_FILE
 from ..formats.units import format_length, parse_lengths, parse_mass
 
 if TYPE_CHECKING:
-    from ..settling.dropping import Dropping
+    from ..settling.cached_runs import DropConfig
     from ..simulator import Simulator
     from ..simulator.mechanics import Material
 
@@ -62,7 +62,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 DEFAULT_METHOD = "profile"
 
 
-def dropping(
+def drop_config(
     backend: str,
     shape: str | None,
     radii: str | None,
@@ -71,11 +71,11 @@ def dropping(
     units: str,
     method: str = DEFAULT_METHOD,
     miss_limit: int | None = None,
-) -> Dropping:
+) -> DropConfig:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
-    from ..settling.dropping import Dropping, LoadOptions
+    from ..settling.cached_runs import DropConfig, LoadOptions
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape=shape))
@@ -84,8 +84,8 @@ def dropping(
     if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
         limits = f"expected spheres of {' to '.join(map(format_length, SPHERES))}, got {format_length(odd[-1])}"
         raise InputError(f"--radii {radii}: {limits}; give a unit, such as 2cm or 2mm")
-    length = way.length.ending(miss_limit)
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=length)
+    run_limit = way.run_limit.ending(miss_limit)
+    return DropConfig(simulator=simulator, radii=lengths, seed=seed, loading=loading, run_limit=run_limit)
 
 
 def point_to_packages(folders: Sequence[Path] | None):

@@ -69,7 +69,7 @@ def stood_file(
 ) -> tuple[Cloud, StandResult]:
     """Return one file's cloud, and how it stands with a load at the places where spheres came to rest."""
     from ..clouds.cloud import load_cloud
-    from ..settling.places import resting_places
+    from ..settling.resting_places import resting_places
 
     cloud = load_cloud(file, up=up, units=units, report=say)
     return cloud, simulator.stands(cloud, settings, resting_places(cloud, radius, seed), seed)

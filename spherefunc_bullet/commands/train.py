@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..batch.simulated import Simulated
     from ..datasets.dataset import Dataset
     from ..learning.classifier import CloudClassifier
-    from ..settling.dropping import Dropping
+    from ..settling.cached_runs import DropConfig
 
 Summary = dict[str, Any]  # what the contract prints of a training
 FEW = 3  # examples of a function from which something can be learnt
@@ -49,7 +49,7 @@ def train(
     from ..learning.model_file import save_model
 
     require_place(out)
-    failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units, method)
+    failures, how = Failures(), options.drop_config(backend, shape, radii, seed, up, units, method)
     dataset = joined_datasets([open_dataset(name) for name in data])
     require_agreement(dataset)
     remarks = label_remarks(dataset)
@@ -120,7 +120,7 @@ def label_remarks(dataset: Dataset) -> list[str]:
     return few + [f"{dataset.name}: all objects are {name}, so everything will be" for name in everywhere]
 
 
-def require_smaller_spheres(simulated: Simulated, how: Dropping):
+def require_smaller_spheres(simulated: Simulated, how: DropConfig):
     """Raise InputError if spheres of some radius are larger than every object: none could lie on any."""
     largest = max(float(record.size.max()) for record in simulated.records)
     radius = max(how.radii)
@@ -129,7 +129,7 @@ def require_smaller_spheres(simulated: Simulated, how: Dropping):
         raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {came}")
 
 
-def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
+def train_on(simulated: Simulated, how: DropConfig, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..datasets.dataset import distinct_names, sources_of
     from ..learning.model_file import new_classifier

@@ -180,9 +180,9 @@ def settle_on_all(objects: Sequence[ViewedObject], classifier: CloudClassifier, 
 
 def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
     """Return the drops that a classifier's answer about a cloud is read from; for a worker."""
-    from ..settling.dropping import CloudObject
+    from ..settling.cached_runs import CloudObject
 
-    return classifier.read(CloudObject(own=cloud, dropping=classifier.dropping()).drops).drops
+    return classifier.read(CloudObject(raw_cloud=cloud, drop_config=classifier.drop_config()).drops).drops
 
 
 def write_pages(

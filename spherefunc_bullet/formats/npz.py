@@ -22,7 +22,7 @@ from .sources import Geometry, Source
 
 # What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
-_ANSWER = "told"  # what entries call the answer of a check
+_ANSWER = "told"  # name of the result of a check in cache entries
 
 
 DAMAGE += (zipfile.BadZipFile, zlib.error)
@@ -170,14 +170,14 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
 
 
 def cached_check(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
-    """Return what ``check``, which is known by a name, says of the object with this hash."""
+    """Return the result of ``check`` for the object with this hash, cached under a name."""
     return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
 
 
 def computed_once(
     entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the arrays of an entry, all or those of some names; where there is none they are computed and kept."""
+    """Return the arrays of a cache entry, all or those of some names; computed and written if there is none."""
     arrays = read_entry(entry, names)
     if arrays is None:
         arrays = compute()

@@ -1,7 +1,7 @@
-"""What all classifiers of functions share: clouds go in, spheres fall on them, functions come out.
+"""The base class of classifiers: it drops spheres on clouds and predicts functions.
 
-How settled spheres are read is a subclass's: as named quantities (`function_classifier`) or counted in cubes
-(`cube_classifier`). `labels` says what labels look like.
+Subclasses read the drops as named quantities (`function_classifier`) or count them in cubes (`cube_classifier`).
+The forms of labels are in `labels`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..classification import decide
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
 from ..function_model import THRESHOLD, FunctionModel
-from ..settling.dropping import CloudObject, settle_cached
+from ..settling.cached_runs import CloudObject, settle_cached
 from ..settling.drops import DropsByRadius
 from ..settling.settling import settle
 from ..simulator import Simulator
@@ -32,23 +32,23 @@ class BackendAlias(TypedDict, total=False):
 
 
 def simulator_argument(simulator: str | Simulator, *, backend: str | Simulator | None = None) -> str | Simulator:
-    """Return the simulator that an estimator was given by one of the two names."""
+    """Return the simulator that was given as ``simulator`` or as ``backend``."""
     return simulator if backend is None else backend
 
 
 class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
-    """A classifier of clouds by the spheres that fall on them, fitted or not.
+    """A classifier of clouds by the spheres that are dropped on them, fitted or not.
 
-    It tells several functions of an object, or none: what scikit-learn calls multilabel. Objects X are anything that
+    An object may have several functions, or none: multilabel classification. Objects X are anything that
     `as_cloud` takes, in metres with z up. Labels y are one of
 
     - a set of functions' names for each object (or a list, ``'table;sittable'`` or ``'none'``): `predict` returns sets;
     - an indicator (N, F) of 0 and 1, as ``MultiLabelBinarizer`` makes it: `predict` returns an indicator, and what
-      scikit-learn measures (``scoring="f1_macro"``) can be asked. Functions are called by the columns of a data frame,
-      else by their columns' numbers.
+      scikit-learn measures (``scoring="f1_macro"``) can be used. Functions are named by the columns of a data frame,
+      else by column numbers.
 
-    A subclass has the parameters ``simulator``, ``radii`` (metres), ``seed`` and ``cache`` (whether spheres that have
-    fallen on the same cloud are looked up in the user's cache), and when fitted the attributes ``functions_``,
+    A subclass has the parameters ``simulator``, ``radii`` (metres), ``seed`` and ``cache`` (whether drops on
+    the same cloud are read from the cache of the user), and when fitted the attributes ``functions_``,
     ``names_``, ``members_`` (N, F) bool and ``radius_``.
     """
 
@@ -58,17 +58,17 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def fit_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
     ) -> CloudClassifier:
-        """Learn from spheres that have fallen: per object what `settle` returns."""
+        """Learn from the drops of each object by radius, as `settle` returns them."""
 
     @abstractmethod
     def add_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
     ) -> CloudClassifier:
-        """Learn from more objects, beside those that are known."""
+        """Learn from more objects, in addition to earlier ones."""
 
     @abstractmethod
     def held_out_f_measures(self) -> dict[str, float | None]:
-        """Return each function's F-measure on training objects that were held out; None of too few examples."""
+        """Return the F-measure of each function on held-out training objects; None for too few examples."""
 
     @property
     def classes_(self) -> np.ndarray:
@@ -86,7 +86,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return self
 
     def partial_fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
-        """Learn from more objects: earlier examples stay, and all that is chosen is chosen anew."""
+        """Learn from more objects in addition to earlier ones; the model is fitted again to all."""
         if not hasattr(self, "members_"):
             return self.fit(X, y)
         clouds, columns = as_clouds(X), columns_of_indicator(y, getattr(self, "columns_", None))
@@ -97,8 +97,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
         check_is_fitted(self, "members_")
-        dropping = self.dropping()
-        objects = [CloudObject(own=cloud, dropping=dropping, cache=self.cache) for cloud in as_clouds(X)]
+        drop_config = self.drop_config()
+        objects = [CloudObject(raw_cloud=cloud, drop_config=drop_config, cache=self.cache) for cloud in as_clouds(X)]
         scores = np.array([decide(item, self).scores for item in objects]).reshape(len(objects), len(self.functions_))
         return in_columns(scores, self.functions_, self._columns())
 
@@ -110,14 +110,14 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return [frozenset(name for name, has in zip(self.functions_, row, strict=True) if has) for row in members]
 
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
-        """Return the share of objects whose functions are all right, as scikit-learn does for multilabel."""
+        """Return the share of objects whose functions are all correct, as scikit-learn does for multilabel data."""
         columns = getattr(self, "columns_", None)
         labels = sets_of(y) if columns is None else labels_of_indicator(y, columns)
         predicted = self.predict(X)
         found = predicted if columns is None else labels_of_indicator(predicted, columns)
         require_as_many(found, labels)
-        right = [functions == label for functions, label in zip(found, labels, strict=True)]
-        return float(np.average(right, weights=sample_weight))
+        correct = [functions == label for functions, label in zip(found, labels, strict=True)]
+        return float(np.average(correct, weights=sample_weight))
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()
@@ -132,16 +132,16 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
 
     def _settled(self, clouds: Sequence[Cloud]) -> list[DropsByRadius]:
         drop = settle_cached if self.cache else settle
-        return [drop(cloud, self.simulator, self.radii, self.seed, self.length) for cloud in clouds]
+        return [drop(cloud, self.simulator, self.radii, self.seed, self.run_limit) for cloud in clouds]
 
 
 def require_as_many(objects: Sequence, labels: Sequence):
-    """Raise ValueError if there are not as many labels as objects."""
+    """Raise ValueError if objects and labels differ in number."""
     if len(objects) != len(labels):
         raise ValueError(f"expected as many labels as objects, got {len(objects)} objects and {len(labels)} labels")
 
 
 def require_alike(settled: Sequence[DropsByRadius], labels: Sequence[frozenset[str]], names: Sequence[str]):
-    """Raise ValueError if there are not as many labels and names as objects."""
+    """Raise ValueError if objects, labels and names differ in number."""
     if not len(settled) == len(labels) == len(names):
         raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")

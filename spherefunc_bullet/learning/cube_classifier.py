@@ -108,9 +108,9 @@ class CubeClassifier(CloudClassifier):
         return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
 
     @property
-    def length(self) -> RunLimit:
+    def run_limit(self) -> RunLimit:
         """How long its runs are."""
-        return find_cube_method(self.method).length
+        return find_cube_method(self.method).run_limit
 
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects given as settled centres.

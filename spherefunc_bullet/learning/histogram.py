@@ -205,7 +205,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         return self.cubes_.transform(self._settled(X))
 
     def _settled(self, X: Iterable[Anything]) -> list[np.ndarray]:
-        from ..settling.dropping import settle_cached
+        from ..settling.cached_runs import settle_cached
         from ..settling.settling import settle
 
         drop = settle_cached if self.cache else settle

@@ -32,7 +32,7 @@ class Method:
     to_the_end: bool = False  # runs end by the paper's rule alone, without a limit of settled spheres
 
     @property
-    def length(self) -> RunLimit:
+    def run_limit(self) -> RunLimit:
         """How long its runs are."""
         return RunLimit(to_the_end=self.to_the_end)
 
@@ -52,7 +52,7 @@ class ProfileMethod:
 
     name: str = PROFILE
     radii: tuple[float, ...] = PROFILE_RADII
-    length: RunLimit = RunLimit(drops=DROPS)
+    run_limit: RunLimit = RunLimit(drops=DROPS)
 
 
 PAPER = Method(name="paper", neighbors=(3,), of_all=True, splits=1, to_the_end=True)

@@ -21,14 +21,14 @@ from ..errors import InputError
 from ..formats.files import require_file, writing
 from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
-from ..settling.dropping import Dropping
+from ..settling.cached_runs import DropConfig
 from ..simulator import Simulator, backend_names, make_simulator
 from .profiles.arrays import EARLY, FileModel, fill_early, fill_profiles, profile_parts, refusing_damage
 from .profiles.forest import of_prefix
 from .profiles.profile_model import PROFILE
 
 if TYPE_CHECKING:
-    from ..classification import Asked
+    from ..classification import ModelPair
     from .classifier import CloudClassifier
     from .method import AnyMethod
 
@@ -74,7 +74,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     from .cube_classifier import CubeClassifier, cube_parts
 
     check_is_fitted(model, "members_")
-    require_bounds(model.radii, model.length.drops, path)
+    require_bounds(model.radii, model.run_limit.drops, path)
     simulator = make_simulator(model.simulator)
     about = {
         "format": FORMAT,
@@ -133,7 +133,7 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
     return cached_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 
-def models_for(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[Asked]:
+def models_for(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[ModelPair]:
     """Return the model of each backend named, with what returns its model for single views.
 
     Parameters
@@ -269,7 +269,7 @@ def fill_examples(model: FunctionModel, about: About, arrays: Arrays):
         raise ValueError("members, names and functions differ in number")
 
 
-def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
+def new_classifier(how: DropConfig, method: str | AnyMethod) -> CloudClassifier:
     """Return a method's classifier, not fitted, of spheres that are dropped in some way."""
     from .cube_classifier import CubeClassifier
     from .function_classifier import FunctionClassifier
@@ -278,4 +278,4 @@ def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
     chosen = find_method(method)
     if isinstance(chosen, Method):
         return CubeClassifier(how.simulator, radii=how.radii, method=chosen, seed=how.seed)
-    return FunctionClassifier(how.simulator, radii=how.radii, drops=how.length.drops, seed=how.seed)
+    return FunctionClassifier(how.simulator, radii=how.radii, drops=how.run_limit.drops, seed=how.seed)

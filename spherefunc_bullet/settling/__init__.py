@@ -1,5 +1,5 @@
-"""Settling: where spheres come to rest on clouds, each object simulated once and kept by content (paper, §III-A).
+"""Settling: where spheres come to rest on clouds; runs are cached by the content of files (paper, §III-A).
 
 May import `clouds`, `formats`, `processes` and the `simulator` interface;
-never learning, which reads what is kept here.
+never learning, which uses the drops.
 """

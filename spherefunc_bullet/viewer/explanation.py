@@ -13,10 +13,10 @@ from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
-from ..learning.profiles.words import Row, cells_of, deciding, nearest
+from ..learning.profiles.words import Row, deciding_quantities, nearest, table_cells
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.validation import THRESHOLD
-from ..settling.dropping import CloudObject
+from ..settling.cached_runs import CloudObject
 from ..settling.drops import NO_DROPS, DropsByRadius
 from .data import Layer, Panel, sphere_layer
 from .page import table_html
@@ -36,7 +36,7 @@ def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: DropsBy
     settled : dict of float to Drops
         What fell on the object at each radius that the classifier uses, as `settle` returns it.
     """
-    item = CloudObject(own=cloud, dropping=classifier.dropping())
+    item = CloudObject(raw_cloud=cloud, drop_config=classifier.drop_config())
     decision = check_stability(classifier.reading_of(settled), item, classifier)
     scores = {name: membership.score for name, membership in decision.memberships.items()}
     if isinstance(classifier, FunctionClassifier):
@@ -51,7 +51,7 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision,
     near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(reading))
     tables = ""
     for name, score in scores.items():
-        decided = [] if falls else deciding(reading, name, QUANTITIES_SHOWN)
+        decided = [] if falls else deciding_quantities(reading, name, QUANTITIES_SHOWN)
         tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}" if decided else ""
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
@@ -81,7 +81,7 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRad
 def deciding_html(rows: Sequence[Row], name: str) -> str:
     """Return a table of the quantities that decided about one function."""
     head = ["quantity", "spheres", "here", "median of training objects", "change without it"]
-    return table_html(head, map(cells_of, rows), texts=2, label=f"What decided, {name}")
+    return table_html(head, map(table_cells, rows), texts=2, label=f"What decided, {name}")
 
 
 def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: DropsByRadius, scores: dict[str, float]) -> str:

@@ -29,7 +29,7 @@ from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import simulate_objects
 from spherefunc_bullet.simulator import make_simulator
 
@@ -65,9 +65,9 @@ def copy(undisturbed, tmp_path):
 
 def batch_of(data, run, **changes) -> Batch:
     batch = Batch(
-        dataset=open_dataset(data), dropping=Dropping(simulator="fast", radii=RADII), folder=RunFolder(Path(run))
+        dataset=open_dataset(data), drop_config=DropConfig(simulator="fast", radii=RADII), folder=RunFolder(Path(run))
     )
-    return replace(batch, dropping=replace(batch.dropping, **changes))
+    return replace(batch, drop_config=replace(batch.drop_config, **changes))
 
 
 def finished(batch, **options) -> dict:
@@ -98,8 +98,8 @@ def test_every_object_at_every_radius_has_its_row_and_its_centres(data, undistur
 
 def test_centres_are_those_that_the_other_commands_get(data, copy):
     files = sorted(data.glob("mug*"))
-    for index, record in simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=1):
-        twin = dict(simulate_objects([files[index]], Dropping(simulator="fast", radii=RADII), jobs=1, home=copy))[0]
+    for index, record in simulate_objects(files, DropConfig(simulator="fast", radii=RADII), jobs=1):
+        twin = dict(simulate_objects([files[index]], DropConfig(simulator="fast", radii=RADII), jobs=1, home=copy))[0]
         assert all(np.array_equal(record.centers(radius), twin.centers(radius)) for radius in RADII)
 
 
@@ -194,7 +194,7 @@ def mishaps(tmp_path):
             objects.append(DatasetObject(path=path, functions=frozenset()))
         dataset = Dataset("mishaps", tuple(objects), tmp_path)
         folder = RunFolder(tmp_path / "run")
-        return Batch(dataset=dataset, dropping=Dropping(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
+        return Batch(dataset=dataset, drop_config=DropConfig(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
 
     return batch
 
@@ -235,7 +235,7 @@ def test_radii_that_were_done_before_the_crash_are_kept(tmp_path):
     dataset = Dataset("one", (DatasetObject(path=tmp_path / "mug.npz", functions=frozenset()),), tmp_path)
     batch = Batch(
         dataset=dataset,
-        dropping=Dropping(simulator=CrashesAt3cm(), radii=(0.02, 0.03)),
+        drop_config=DropConfig(simulator=CrashesAt3cm(), radii=(0.02, 0.03)),
         folder=RunFolder(tmp_path / "run"),
     )
     assert counts(finished(batch)) == (0, 1, 0)
@@ -374,7 +374,7 @@ def test_what_hung_in_a_batch_is_not_tried_by_others(mishaps):
     batch = mishaps("one", "sleeper")
     finished(batch, limits=ObjectLimits(seconds=0.5))
     failed = []
-    simulated = simulate_dataset(batch.dataset, batch.dropping, run=batch.folder.path, failed=failed.append)
+    simulated = simulate_dataset(batch.dataset, batch.drop_config, run=batch.folder.path, failed=failed.append)
     assert len(simulated.objects) == 1 and "within 0.5 s" in str(failed[0])
 
 

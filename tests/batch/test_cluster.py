@@ -24,7 +24,7 @@ from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_schedu
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 
 pytestmark = pytest.mark.slow
 
@@ -47,7 +47,9 @@ def expected(data, tmp_path_factory):
 
 
 def batch_of(data, run) -> Batch:
-    return Batch(dataset=open_dataset(data), dropping=Dropping(simulator="fast", radii=RADII), folder=RunFolder(run))
+    return Batch(
+        dataset=open_dataset(data), drop_config=DropConfig(simulator="fast", radii=RADII), folder=RunFolder(run)
+    )
 
 
 def processes(workers):
@@ -71,7 +73,7 @@ def test_crash_on_an_executor_costs_one_object(tmp_path):
     objects = tuple(DatasetObject(path=tmp_path / f"{name}.npz", functions=frozenset()) for name in names)
     folder = RunFolder(tmp_path / "run")
     dataset = Dataset("mishaps", objects, tmp_path)
-    batch = Batch(dataset=dataset, dropping=Dropping(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
+    batch = Batch(dataset=dataset, drop_config=DropConfig(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
     with ThreadPoolExecutor(2) as executor:
         list(run_batch(batch, work=on_executor(executor, folder, ObjectLimits(seconds=2.0))))
     assert [(Path(row[0]).stem, row[6]) for row in rows(tmp_path / "run")] == [

@@ -19,7 +19,7 @@ from mishaps import MishapSimulator, happen, surroundings
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
@@ -163,15 +163,15 @@ def models(tmp_path, monkeypatch):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_crash_in_a_simulator_costs_one_object(models, jobs):
     paths = models("one", "segfault", "refused", "two")
-    done = dict(simulate_objects(paths, Dropping(simulator=MishapSimulator(), radii=(0.01, 0.02)), jobs=jobs))
+    done = dict(simulate_objects(paths, DropConfig(simulator=MishapSimulator(), radii=(0.01, 0.02)), jobs=jobs))
     assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "Crashed", "InputError", "ObjectRecord"]
     assert "SIGSEGV" in str(done[1]) and str(done[1]).startswith(f"{paths[1]}: ")
     assert done[3].centers(0.02).shape == (1, 3) and done[3].path == paths[3]
 
 
 def test_crash_in_one_of_several_simulators_costs_that_one_the_object(models):
-    paths, fast = models("one", "segfault", "two"), Dropping(simulator="fast", radii=(0.02,))
-    tasks = [(path, [fast, Dropping(simulator=MishapSimulator(), radii=(0.02,))]) for path in paths]
+    paths, fast = models("one", "segfault", "two"), DropConfig(simulator="fast", radii=(0.02,))
+    tasks = [(path, [fast, DropConfig(simulator=MishapSimulator(), radii=(0.02,))]) for path in paths]
     done = dict(simulate_by_several(tasks, jobs=2))
     assert [[type(one).__name__ for one in done[i]] for i in range(3)] == [
         ["ObjectRecord", "ObjectRecord"],
@@ -184,7 +184,7 @@ def test_crash_in_one_of_several_simulators_costs_that_one_the_object(models):
 @pytest.mark.slow
 def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
-    how = Dropping(simulator=MishapSimulator(), radii=(0.02,))
+    how = DropConfig(simulator=MishapSimulator(), radii=(0.02,))
     dict(simulate_objects([other], how))  # then it takes no time, however slow the machine
     done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=3.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1

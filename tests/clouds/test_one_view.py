@@ -13,7 +13,7 @@ from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
 from spherefunc_bullet import classification
-from spherefunc_bullet.classification import COMPLETED, NOTHING, Decision, nothing_settled
+from spherefunc_bullet.classification import COMPLETED, NOTHING_SETTLED, Decision, nothing_settled
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.clouds.one_view import looks_like_one_view
 from spherefunc_bullet.function_model import Membership, Reading
@@ -55,14 +55,14 @@ def test_a_view_that_may_have_a_function_when_completed_is_unsure(monkeypatch, s
     )
     monkeypatch.setattr(classification, "completed_clouds", lambda cloud: [cloud])
     monkeypatch.setattr(classification, "decide", lambda item, model: completed)
-    found = classification.reclassify_completed(mug(), first, SimpleNamespace(dropping=lambda: None))
+    found = classification.reclassify_completed(mug(), first, SimpleNamespace(drop_config=lambda: None))
     assert bool(found.more_doubts) == doubtful and all("cup" in doubt for doubt in found.more_doubts)
 
 
 def test_whole_objects_are_told_as_before():
     for points in (mug().points, box(0.3, 0.3, 0.3), square_table(1.2, 0.8, 0.72)[::4]):
         reasons = sf.classify(points).reasons
-        assert COMPLETED not in reasons and NOTHING not in reasons
+        assert COMPLETED not in reasons and NOTHING_SETTLED not in reasons
 
 
 def test_what_has_an_underside_is_no_view(seen_mug):

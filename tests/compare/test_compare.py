@@ -37,7 +37,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.npz import read_entry, write_entry
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator, provenance_of
@@ -196,7 +196,7 @@ def test_report_repeats_exactly_from_its_experiment(data, layers, tmp_path, caps
 
 def test_run_that_was_cut_off_continues(data, capsys):
     half = sorted(data.glob("*.npz"))[:7]
-    list(simulate_objects(half, Dropping(simulator="fast", radii=(0.02,)), jobs=1))
+    list(simulate_objects(half, DropConfig(simulator="fast", radii=(0.02,)), jobs=1))
     before = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
     compared(capsys, data, backends="fast", radii=["2cm"], trials=2)
     after = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
@@ -204,7 +204,7 @@ def test_run_that_was_cut_off_continues(data, capsys):
 
 
 def test_older_entries_know_no_memory(data, capsys):
-    list(simulate_objects(sorted(data.glob("*.npz")), Dropping(simulator="fast", radii=(0.02,)), jobs=1))
+    list(simulate_objects(sorted(data.glob("*.npz")), DropConfig(simulator="fast", radii=(0.02,)), jobs=1))
     for path in (cache_home() / "settled").rglob("*.npz"):
         write_entry(path, {name: each for name, each in read_entry(path).items() if name != "memory"})
     fast = compared(capsys, data, backends="fast", radii=["2cm"], trials=2)["backends"]["fast"]
@@ -284,7 +284,7 @@ def test_smallest_experiment(tmp_path):
     assert found.data == "household" and found.seeds == (4, 5) and found.radii == {"all": (0.02, 0.03)}
     [fast] = candidates(found)
     assert fast.name == "fast" and fast.radii == (0.02, 0.03)
-    assert found.methods == ("profile",) and found.length.drops == 200
+    assert found.methods == ("profile",) and found.run_limit.drops == 200
 
 
 def test_radii_are_the_methods_where_nobody_says_otherwise():
@@ -496,7 +496,7 @@ def test_code_is_warm_before_the_first_run_is_timed(data):
             return super().drop(cloud, settings, seed)
 
     files = sorted(data.glob("mug*.npz"))[:2]
-    list(simulate_objects(files, Dropping(simulator=Recorder(name="recorder"), radii=(0.02,)), jobs=1))
+    list(simulate_objects(files, DropConfig(simulator=Recorder(name="recorder"), radii=(0.02,)), jobs=1))
     assert dropped == ["plate", "mug_0.npz", "mug_1.npz"]
 
 

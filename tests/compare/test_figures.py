@@ -26,7 +26,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.method import find_method
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.viewer.pictures import CameraView
@@ -231,7 +231,7 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     labels = Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""]))
     evaluated = EvaluatedData(
         simulated=Simulated("one", open_dataset(data).objects[:1], (record,)),
-        dropping=Dropping(simulator="fast", radii=(0.01,)),
+        drop_config=DropConfig(simulator="fast", radii=(0.01,)),
         protocol=Protocol(train_sizes=(2,)),
         evaluation=Evaluation(labels=labels, method=find_method("cubes"), trials={}, left_out={}),
     )

@@ -17,7 +17,7 @@ from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import shipped_model
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.simulator import make_simulator
 
 
@@ -66,7 +66,7 @@ def test_what_is_learnt_of_partial_views(tmp_path):
     dataset = open_dataset(write_objects(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")
     training = TrainingOptions(simulator=simulator, radii=(0.05,))
-    simulated = simulate_dataset(dataset, Dropping(simulator=simulator, radii=(0.05,)), jobs=1, failed=pytest.fail)
+    simulated = simulate_dataset(dataset, DropConfig(simulator=simulator, radii=(0.05,)), jobs=1, failed=pytest.fail)
     names = list(trained_classifier(dataset, simulated, training, pytest.fail).names_)
     seen = [name for name in names if " in room_" in name]
     assert len(names) - len(seen) == len(dataset) and seen

@@ -30,7 +30,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.dropping import LoadOptions
+from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 

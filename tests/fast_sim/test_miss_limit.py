@@ -14,7 +14,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.comparison.experiment import Experiment, as_toml, candidates, read_experiment
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import METHODS
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import LIMITED, TO_THE_END
 from spherefunc_bullet.settling.settling import drop_settings
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -59,7 +59,8 @@ def test_runs_for_features_take_it_and_are_kept_apart(length):
     assert drop_settings(simulator, 0.02, length).miss_limit == 50
     assert drop_settings(simulator, 0.02, length.ending(7)).miss_limit == 7
     names = {
-        Dropping(simulator="fast", radii=(0.02,), length=length.ending(n)).run_hash("", 0.02) for n in (None, 50, 7)
+        DropConfig(simulator="fast", radii=(0.02,), run_limit=length.ending(n)).run_hash("", 0.02)
+        for n in (None, 50, 7)
     }
     assert len(names) == 2
 
@@ -73,13 +74,13 @@ def test_commands_take_it(folder, tmp_path, command):
 
 def test_an_experiment_keeps_it(tmp_path):
     experiment = Experiment(data="household", backends=("fast",), methods=("cubes",), miss_limit=5)
-    assert [one.length.miss_limit for one in candidates(experiment)] == [5]
+    assert [one.run_limit.miss_limit for one in candidates(experiment)] == [5]
     (tmp_path / "experiment.toml").write_text(as_toml(experiment))
     assert read_experiment(tmp_path / "experiment.toml") == experiment
 
 
 def test_where_runs_are_so_many_drops_it_is_refused(folder):
     with pytest.raises(InputError, match="miss limit 9: expected with method cubes or paper"):
-        METHODS["profile"].length.ending(9)
+        METHODS["profile"].run_limit.ending(9)
     done = spherefunc("evaluate", folder, "--miss-limit", 9)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1

@@ -14,7 +14,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.fast_sim.drop_run import CHUNK, FEW, DropRun
 from spherefunc_bullet.fast_sim.strips import EVERYWHERE, LARGE, cuts_of
 from spherefunc_bullet.settling.drops import LIMITED, TO_THE_END
-from spherefunc_bullet.settling.settling import drop_or_nothing
+from spherefunc_bullet.settling.settling import drop_if_useful
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator, one_by_one
 
 RADIUS = 0.0045  # of spheres for which the chair has more than LARGE columns
@@ -135,7 +135,7 @@ def test_drops_are_told_in_the_order_of_their_columns():
 @pytest.mark.parametrize("length", [LIMITED, TO_THE_END], ids=["limited", "to the end"])
 def test_features_are_of_spheres_that_are_dropped_one_by_one(length):
     simulator, cloud = make_simulator("fast"), clouds.table()
-    drops, _, _ = drop_or_nothing(cloud, simulator, RADIUS, 0, length)
+    drops, _, _ = drop_if_useful(cloud, simulator, RADIUS, 0, length)
     expected = make_simulator("fast", as_drawn=True).drop(cloud, DropSettings(radius=RADIUS), 0).centers
     assert np.array_equal(drops.rests, expected.astype(np.float32))
     assert one_by_one(simulator).as_drawn and not simulator.as_drawn

@@ -17,10 +17,10 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import files
 from spherefunc_bullet.learning.model_file import load_model
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
 
-DROPPING = Dropping(simulator="fast", radii=(0.02,))
+DROPPING = DropConfig(simulator="fast", radii=(0.02,))
 MANY = 100_000_000  # triangles
 
 

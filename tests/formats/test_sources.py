@@ -20,10 +20,10 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import sources
 from spherefunc_bullet.formats.sources import READERS, as_source, read_geometry
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import object_record
 
-DROPPING = Dropping(simulator="fast", radii=(0.02,))
+DROPPING = DropConfig(simulator="fast", radii=(0.02,))
 
 
 def robot(mesh: str) -> str:

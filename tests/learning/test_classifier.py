@@ -231,7 +231,7 @@ def test_one_split_chooses_by_its_validation_set_alone():
 def test_every_method_has_radii_that_a_model_may_have(name):
     method = METHODS[name]
     assert method.name == name and list(method.radii) == sorted(set(method.radii))
-    require_bounds(method.radii, method.length.drops, name)
+    require_bounds(method.radii, method.run_limit.drops, name)
 
 
 def test_the_paper_counts_three_neighbours_and_cubes_the_mean_of_one_and_of_three_on_either_side():

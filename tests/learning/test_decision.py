@@ -12,13 +12,13 @@ from test_doubts import shelf
 from spherefunc_bullet import classification
 from spherefunc_bullet.classification import (
     COMPLETED,
-    FALLS,
+    FALLS_OVER,
     LEAKS,
-    LIES,
     NO_PLACE,
-    NOTHING,
+    NOTHING_SETTLED,
     ON_TOP,
     POSSIBLE,
+    WRONG_UP_AXIS,
     classify,
     classify_by_all,
     nothing_settled,
@@ -37,7 +37,7 @@ A_LITTLE = 1e-3
 class Model(FunctionModel):
     """A model that gives every object the same scores, on which so many spheres stay."""
 
-    simulator, radii, seed, length = "fast", (RADIUS,), 0, RunLimit(drops=40)
+    simulator, radii, seed, run_limit = "fast", (RADIUS,), 0, RunLimit(drops=40)
 
     def __init__(self, *, stays: int = 40, checks: bool = True, on_top: int = 0, **scores: float):
         self.functions_, self.given = tuple(scores), np.array([*scores.values()])
@@ -96,8 +96,8 @@ def decided(model: Model, *true: str, views: Model | None = None):
 @pytest.mark.parametrize(("true", "said"), [(["lies"], True), ([], False), (["one_view", "lies"], False)])
 def test_what_would_stand_with_y_up_is_said_of_what_has_no_function(true, said):
     decision, _ = decided(Model(cup=0.1), *true, views=Model(cup=0.1))
-    assert (LIES in decision.reasons(explain=False)) == said and LIES not in decision.doubts()
-    assert LIES not in decided(Model(cup=0.9), *true)[0].reasons()
+    assert (WRONG_UP_AXIS in decision.reasons(explain=False)) == said and WRONG_UP_AXIS not in decision.doubts()
+    assert WRONG_UP_AXIS not in decided(Model(cup=0.9), *true)[0].reasons()
 
 
 def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
@@ -177,11 +177,11 @@ def test_a_model_that_reads_as_the_paper_does_asks_nothing_of_it():
 
 def test_what_falls_over_has_that_as_its_reason_and_no_doubt():
     falls, leaks, fine = (decided(Model(cup=0.9, seat=0.9), *true)[0] for true in (["falls_over"], ["leaks"], []))
-    assert (falls.reasons(), falls.doubts()) == ([FALLS, REASON], [])
+    assert (falls.reasons(), falls.doubts()) == ([FALLS_OVER, REASON], [])
     assert (leaks.reasons(), leaks.doubts()) == ([REASON], [DOUBT, LEAKS])
     assert (fine.reasons(), fine.doubts()) == ([REASON], [DOUBT])
     assert decided(Model(sittable=0.9), "no_place_to_sit")[0].doubts() == [DOUBT, NO_PLACE]
-    assert (falls.reasons(explain=False), fine.reasons(explain=False)) == ([FALLS], [])
+    assert (falls.reasons(explain=False), fine.reasons(explain=False)) == ([FALLS_OVER], [])
     for decision in (falls, leaks, fine):
         row = decision.row("a.ply", 0.25)
         assert row["unsure"] == bool(decision.doubts()) and row["reasons"] == [*decision.reasons(), *decision.doubts()]
@@ -206,8 +206,8 @@ def test_how_many_objects_stand_on_a_table_is_said_with_reasons(count, said):
         (Model(cup=0.4), [Model(cup=POSSIBLE + A_LITTLE)], set(), "cup"),
         (Model(cup=0.4), [Model(cup=0.9, stays=0)], set(), "cup"),  # by spheres of which none stays
         (Model(cup=0.4, stays=0), [Model(cup=0.4)], set(), COMPLETED),
-        (Model(cup=0.4, stays=0), [Model(cup=0.9, stays=0)], set(), NOTHING),
-        (Model(cup=0.4, stays=0), [], set(), NOTHING),
+        (Model(cup=0.4, stays=0), [Model(cup=0.9, stays=0)], set(), NOTHING_SETTLED),
+        (Model(cup=0.4, stays=0), [], set(), NOTHING_SETTLED),
         (Model(cup=0.4), [], set(), None),
     ],
 )
@@ -216,7 +216,7 @@ def test_a_single_view_is_completed_and_asked_about_again(monkeypatch, first, vi
     asked = iter(views)
     monkeypatch.setattr(classification, "completed_clouds", lambda cloud: [cloud] * len(views))
     together = SimpleNamespace(
-        dropping=lambda: None, checks_stability=False, read=lambda drop: next(asked).read(drop), functions_=("cup",)
+        drop_config=lambda: None, checks_stability=False, read=lambda drop: next(asked).read(drop), functions_=("cup",)
     )
     together.memberships_by = first.memberships_by
     decision, noted = decided(first, "one_view", views=together)

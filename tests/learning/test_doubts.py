@@ -14,7 +14,15 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import group_copies
 from spherefunc_bullet.learning.profiles.profile_model import EVERY_NTH_COPY, FAMILIAR
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
-from spherefunc_bullet.learning.profiles.words import DECIDING, cells_of, deciding, met, nearest, sentences, with_unit
+from spherefunc_bullet.learning.profiles.words import (
+    DECIDING,
+    contact_sentence,
+    deciding_quantities,
+    nearest,
+    sentences,
+    table_cells,
+    with_unit,
+)
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 
 RADII = (0.01, 0.02)
@@ -110,7 +118,7 @@ def test_of_copies_every_fifth_is_compared_with_and_the_first_always(copies):
 
 def test_what_decides_loses_its_share_when_it_is_as_usual(model):
     """The share of a quantity is what the score loses where only that one is the training objects' median."""
-    decided, profile = deciding(read(model), "high"), model.profiles([dropped(0.9)])
+    decided, profile = deciding_quantities(read(model), "high"), model.profiles([dropped(0.9)])
     assert 0 < len(decided) <= 4 and "height" in decided[0]["meaning"]
     medians, whole = np.median(model.profiles_, axis=0), model.score_profiles(profile)[0, 0]
     for row in decided:
@@ -119,7 +127,7 @@ def test_what_decides_loses_its_share_when_it_is_as_usual(model):
         assert row["share"] == pytest.approx(whole - model.score_profiles(changed)[0, 0], abs=1e-4)
         assert row["value"] == pytest.approx(profile[0, column], abs=1e-4)
         assert row["median"] == pytest.approx(medians[column], abs=1e-4)
-        assert cells_of(row)[-1] == f"{-row['share']:+.2f}"
+        assert table_cells(row)[-1] == f"{-row['share']:+.2f}"
     shares = [abs(row["share"]) for row in decided]
     assert shares == sorted(shares, reverse=True) and shares[-1] > 0
 
@@ -131,13 +139,13 @@ def test_of_a_linear_score_a_quantity_decides_by_its_weight_and_its_distance_fro
     weights = np.where(np.arange(count) % 7 == 3, 0, random.normal(size=count))
     model = SimpleNamespace(functions_=("other", "high"), radii=RADII, quantities=NAMES, profiles_=learnt)
     model.score_profiles = lambda rows: np.column_stack([np.zeros(len(rows)), rows @ weights])
-    rows = deciding(SimpleNamespace(model=model, profile=profile), "high", count)
+    rows = deciding_quantities(SimpleNamespace(model=model, profile=profile), "high", count)
     columns = [RADII.index(row["radius"]) * len(NAMES) + NAMES.index(row["quantity"]) for row in rows]
     shares, medians = weights * (profile - np.median(learnt, axis=0)), np.median(learnt, axis=0)
     assert columns == [i for i in np.argsort(-np.abs(shares)).tolist() if weights[i]]
     for key, values in {"value": profile, "median": medians, "share": shares}.items():
         assert [row[key] for row in rows] == [round(values[i], 4) for i in columns]  # to four places
-    assert deciding(SimpleNamespace(model=model, profile=profile), "high") == rows[:DECIDING]
+    assert deciding_quantities(SimpleNamespace(model=model, profile=profile), "high") == rows[:DECIDING]
 
 
 @pytest.mark.parametrize(
@@ -159,12 +167,12 @@ def test_distances_of_the_nearest_are_given_to_four_places(model):
 def test_sentences_name_what_it_is_for_or_what_it_may_be(model):
     (yes,), (no,) = sentences(read(model, 0.97)), sentences(read(model, 0.03, height=0.3))
     assert yes.startswith("high 0.97: a level 90 cm above the ground") and no.startswith("high 0.03: a level 30 cm")
-    assert "walls" not in yes and "walls on every side" in met(read(model, walls=1.0), "high")
-    assert "walls" not in met(read(model, walls=0.5), "high")  # of no more than half of the spheres
+    assert "walls" not in yes and "walls on every side" in contact_sentence(read(model, walls=1.0), "high")
+    assert "walls" not in contact_sentence(read(model, walls=0.5), "high")  # of no more than half of the spheres
     assert f"on which {DROPS} spheres of radius 2 cm lie" in yes.replace("1 cm lie", "2 cm lie")
-    alone = met(read(model, stays=1), "high")
+    alone = contact_sentence(read(model, stays=1), "high")
     assert "on which one sphere of radius 2 cm lies" in alone.replace("1 cm lies", "2 cm lies")
-    assert "100 % of the drops" in yes and met(read(model, stays=0), "high") == "no sphere stays on it"
+    assert "100 % of the drops" in yes and contact_sentence(read(model, stays=0), "high") == "no sphere stays on it"
 
 
 def test_spheres_that_stay_are_the_ones_spoken_of(model):
@@ -174,7 +182,7 @@ def test_spheres_that_stay_are_the_ones_spoken_of(model):
     for stays, largest in (((0, 9, 9, 0), 0.03), ((9, 9, 9, 0), 0.01), ((0, 9, 0, 0), 0.02)):
         drops = {radius: shelf(0.9, radius, stays=count) for radius, count in zip(radii, stays, strict=True)}
         profile = profiles_over([drops], radii)[0]
-        said = met(SimpleNamespace(model=spoken, drops=drops, profile=profile), "high")
+        said = contact_sentence(SimpleNamespace(model=spoken, drops=drops, profile=profile), "high")
         assert f"spheres of radius {largest * 100:g} cm" in said and "90 cm above" in said
 
 

@@ -38,7 +38,7 @@ from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
 from spherefunc_bullet.learning.validation import member_scores, radius_weights
-from spherefunc_bullet.settling.dropping import settle_cached
+from spherefunc_bullet.settling.cached_runs import settle_cached
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
 from spherefunc_bullet.settling.settling import settle
 
@@ -143,7 +143,7 @@ def test_files_of_earlier_versions_are_read_where_they_say_the_same():
     for method in ("profile", "no such"):
         with pytest.raises(InputError):
             find_cube_method(method)
-    assert METHODS["profile"].length.drops and PAPER.length == RunLimit(to_the_end=True)
+    assert METHODS["profile"].run_limit.drops and PAPER.run_limit == RunLimit(to_the_end=True)
     assert all(list(radii) == sorted(radii) for radii in (PAPER.radii, METHODS["profile"].radii))
 
 
@@ -268,9 +268,9 @@ def test_a_function_is_unsure_between_the_scores_that_were_learnt(in_scenes):
 def test_what_is_trained_reads_as_much_as_what_ships():
     """So that one's own model is asked as soon, and compared with it."""
     ships, own = load_model(), FunctionClassifier()
-    assert own.length == ships.length and own.early_drops == ships.early_.drops and own.radii == ships.radii
-    assert own.seed == ships.seed == 0 and METHODS["profile"].length == ships.length
-    drops = [drop(clouds.mug(), "fast", [0.02], length=RunLimit(drops=30))[0.02] for drop in (settle, settle_cached)]
+    assert own.run_limit == ships.run_limit and own.early_drops == ships.early_.drops and own.radii == ships.radii
+    assert own.seed == ships.seed == 0 and METHODS["profile"].run_limit == ships.run_limit
+    drops = [drop(clouds.mug(), "fast", [0.02], run_limit=RunLimit(drops=30))[0.02] for drop in (settle, settle_cached)]
     assert np.array_equal(drops[0].rests, drops[1].rests)
 
 

@@ -27,7 +27,7 @@ from spherefunc_bullet.learning.model_file import (
 )
 from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
 from spherefunc_bullet.learning.profiles.quantities import NAMES
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import NO_DROPS
 
 
@@ -75,7 +75,7 @@ def test_a_model_to_ask_answers_as_the_one_that_learns():
     assert asked.score_profiles(objects).tobytes() == learning.score_profiles(objects).tobytes()
     name = asked.functions_[-1]
     assert asked.only(name).score_profiles(objects).tobytes() == learning.only(name).score_profiles(objects).tobytes()
-    assert asked.quantity_names() == learning.quantity_names() and asked.length == learning.length
+    assert asked.quantity_names() == learning.quantity_names() and asked.run_limit == learning.run_limit
 
 
 def test_trees_are_unpacked_when_they_are_needed(tmp_path):
@@ -138,10 +138,10 @@ def test_a_model_written_while_others_ask_it_is_not_mixed_up(tmp_path):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_new_classifier_of_a_method_drops_spheres_as_said(name):
-    how = Dropping(simulator="fast", radii=METHODS[name].radii, seed=3, length=METHODS[name].length)
+    how = DropConfig(simulator="fast", radii=METHODS[name].radii, seed=3, run_limit=METHODS[name].run_limit)
     model = new_classifier(how, name)
     assert isinstance(model, FunctionClassifier if name == PROFILE else CubeClassifier)
-    assert (model.radii, model.seed, model.length) == (how.radii, how.seed, how.length)
+    assert (model.radii, model.seed, model.run_limit) == (how.radii, how.seed, how.run_limit)
 
 
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):

@@ -17,7 +17,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
 from spherefunc_bullet.learning.profiles.forest import forest_from_sklearn
 from spherefunc_bullet.learning.profiles.trees import PlainForest
-from spherefunc_bullet.learning.profiles.words import deciding, nearest, sentences
+from spherefunc_bullet.learning.profiles.words import deciding_quantities, nearest, sentences
 from spherefunc_bullet.settling.drops import NOT_SETTLED, RunLimit, drops_from_rows
 from spherefunc_bullet.settling.enclosure import walled_in
 from spherefunc_bullet.settling.settling import HANDHELD, settle
@@ -171,7 +171,7 @@ def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
     again = load_model(tmp_path / "model.npz", "fast")
     assert (
-        again.length == model.length
+        again.run_limit == model.run_limit
         and again.radius_ == model.radius_
         and again.familiar_distance_ == model.familiar_distance_
     )
@@ -185,18 +185,18 @@ def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
 
 
 def test_reasons_name_what_was_met(model):
-    settled = settle(clouds.mug(), "fast", model.radii, 0, model.length)
+    settled = settle(clouds.mug(), "fast", model.radii, 0, model.run_limit)
     reading = model.reading_of(settled)
     (said,) = sentences(reading)
     assert said.startswith("cup ") and "walls on every side" in said
-    decided = deciding(reading, "cup")
+    decided = deciding_quantities(reading, "cup")
     assert decided and decided[0]["share"] > 0 and {row["radius"] for row in decided} <= set(model.radii)
     assert nearest(reading)[0]["functions"] == ["cup"]
     assert not [doubt for doubt in model.doubts(reading) if "unlike" in doubt]
 
 
 def test_what_is_like_nothing_learnt_is_unsure(model):
-    strange = settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, model.length)
+    strange = settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, model.run_limit)
     reading = model.reading_of(strange)
     assert any("unlike all" in doubt for doubt in model.doubts(reading))
     close = replace(reading, scores=np.array([0.55, 0.0, 0.0]))
@@ -222,7 +222,7 @@ def test_what_is_strange_is_dropped_on_to_the_end(model):
 
     settled = model.read(drop).drops
     assert {len(drops) for drops in settled.values()} == {model.drops}
-    both = [settled, drop(model.early_.length)]  # each is read by what has learnt as many drops
+    both = [settled, drop(model.early_.run_limit)]  # each is read by what has learnt as many drops
     one_by_one = [model.score_settled([settled])[0], model.early_.score_settled(both[1:])[0]]
     assert model.score_settled(both).tolist() == np.array(one_by_one).tolist()
 
@@ -237,6 +237,6 @@ def test_early_answers_can_be_left_out():
 def test_early_answers_are_kept_with_a_model(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
     for again in (load_model(tmp_path / "model.npz"), inference_model(tmp_path / "model.npz", None)):
-        first = settle(clouds.chair(), "fast", model.radii, 0, model.early_.length)
-        assert again.early_.length == model.early_.length
+        first = settle(clouds.chair(), "fast", model.radii, 0, model.early_.run_limit)
+        assert again.early_.run_limit == model.early_.run_limit
         assert again.score_settled([first]).tobytes() == model.score_settled([first]).tobytes()

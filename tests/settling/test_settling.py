@@ -19,7 +19,7 @@ from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
-from spherefunc_bullet.settling.dropping import CachedFile, Dropping, LoadOptions, cloud_hash, settle_cached
+from spherefunc_bullet.settling.cached_runs import CachedFile, DropConfig, LoadOptions, cloud_hash, settle_cached
 from spherefunc_bullet.settling.drops import (
     LIMITED,
     NOT_SETTLED,
@@ -28,11 +28,11 @@ from spherefunc_bullet.settling.drops import (
     RunLimit,
     drops_from_rows,
     drops_of,
-    fallen_where_they_rest,
     resting_drops,
+    settled_in_column,
 )
-from spherefunc_bullet.settling.places import place_radius, resting_places
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord, shape_of
+from spherefunc_bullet.settling.resting_places import place_radius, resting_places
 from spherefunc_bullet.settling.settling import FINE, HANDHELD
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 
@@ -83,15 +83,18 @@ def test_the_plate_to_warm_up_with_is_where_its_surface_is():
 
 
 def test_what_was_guessed_of_a_file_is_said_whether_it_is_read_again_or_not(tmp_path):
-    file, dropping = tmp_path / "mug.xyz", Dropping(simulator="fast", radii=(0.01,), loading=LoadOptions(units="auto"))
+    file, drop_config = (
+        tmp_path / "mug.xyz",
+        DropConfig(simulator="fast", radii=(0.01,), loading=LoadOptions(units="auto")),
+    )
     np.savetxt(file, 1000 * clouds.mug().points)
     said = [[], []]
     for lines in said:
-        CachedFile(file, dropping, lines.append)
+        CachedFile(file, drop_config, lines.append)
     assert said[0] == said[1] and said[0] and all(line.startswith("mug.xyz") for line in said[0])
-    assert CachedFile(file, dropping).cloud().size[2] == pytest.approx(0.1, rel=0.05)  # and to nobody if nobody asks
+    assert CachedFile(file, drop_config).cloud().size[2] == pytest.approx(0.1, rel=0.05)  # and to nobody if nobody asks
     silent = []
-    CachedFile(file, replace(dropping, loading=LoadOptions(units="mm")), silent.append)
+    CachedFile(file, replace(drop_config, loading=LoadOptions(units="mm")), silent.append)
     assert not silent
 
 
@@ -121,7 +124,7 @@ def test_one_call_keeps_spheres_where_that_is_asked_for(home, cache):
 def test_a_sphere_that_cannot_settle_takes_no_time_and_no_drop():
     roller = make_simulator("fast")
     for length in (LIMITED, RunLimit(drops=20)):
-        rows, seconds, drops = settling.drop_or_nothing(clouds.mug(), roller, 0.2, 0, length)
+        rows, seconds, drops = settling.drop_if_useful(clouds.mug(), roller, 0.2, 0, length)
         assert (len(rows), seconds, drops) == (0, 0.0, 0)
 
 
@@ -178,7 +181,7 @@ def test_the_mesh_decides_what_a_cloud_is_kept_by():
 def test_whatever_is_not_known_of_drops_is_not_made_up():
     """Columns are two numbers, outcomes are kept where drops were counted, and nothing falls over unless it is said."""
     rests = np.random.default_rng(0).uniform(size=(3, 3))
-    shapes = [drops.places.shape for drops in (resting_drops(0.1, rests), fallen_where_they_rest(rests, rests, 0.1))]
+    shapes = [drops.places.shape for drops in (resting_drops(0.1, rests), settled_in_column(rests, rests, 0.1))]
     assert shapes == [(3, 2), (3, 2)]
     for length in (LIMITED, RunLimit(drops=20)):
         run = settling.measured_run(clouds.mug(), make_simulator("fast"), 0.01, 0, length)
@@ -192,7 +195,7 @@ def test_whatever_is_not_known_of_drops_is_not_made_up():
 @pytest.mark.parametrize("settled", [1, 30, 49, 100, 260])
 def test_about_fifty_spheres_are_tested_for_walls(settled):
     rests = np.random.default_rng(0).uniform(size=(settled, 3))
-    looked = np.isfinite(fallen_where_they_rest(rests, rests, 0.01).walled_in)
+    looked = np.isfinite(settled_in_column(rests, rests, 0.01).walled_in)
     assert min(settled, WALL_TESTS) <= looked.sum() < 2 * WALL_TESTS and looked[0]
 
 
@@ -215,7 +218,7 @@ def test_fine_spheres_are_those_below_a_centimetre_and_large_is_what_no_hand_hol
 
 def test_a_sphere_as_large_as_the_object_is_dropped():
     mug = clouds.mug()
-    drops = settling.drop_or_nothing(mug, make_simulator("fast"), float(mug.size.max()), 0, RunLimit(drops=5))[2]
+    drops = settling.drop_if_useful(mug, make_simulator("fast"), float(mug.size.max()), 0, RunLimit(drops=5))[2]
     assert drops == 5
 
 
@@ -244,9 +247,9 @@ def test_rows_of_older_files_are_read():
 def test_objects_are_levelled_where_few_drops_are_to_tell_and_stay_as_they_are_in_the_paper_s_runs():
     table, angle = clouds.table(), np.radians(4)
     turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
-    askew, how = Cloud(table.points @ turn.T), Dropping(simulator="fast", radii=(0.02,))
-    assert how.prepared(askew) is askew and replace(how, length=TO_THE_END).prepared(askew) is askew
-    level = replace(how, length=RunLimit(drops=20)).prepared(askew)
+    askew, how = Cloud(table.points @ turn.T), DropConfig(simulator="fast", radii=(0.02,))
+    assert how.prepared(askew) is askew and replace(how, run_limit=TO_THE_END).prepared(askew) is askew
+    level = replace(how, run_limit=RunLimit(drops=20)).prepared(askew)
     assert level.size[2] == pytest.approx(table.size[2], rel=0.03) and askew.size[2] > 1.05 * table.size[2]
     both = [drop(table, "fast", [0.02]) for drop in (settling.settle, settle_cached)]
     assert np.array_equal(both[0][0.02].rests, both[1][0.02].rests)  # of the same seed, where nobody says another

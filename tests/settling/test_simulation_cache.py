@@ -13,7 +13,7 @@ from objects_to_scan import slab_on_posts
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.npz import packed, read_entry
-from spherefunc_bullet.settling.dropping import CachedFile, CloudObject, Dropping, LoadOptions
+from spherefunc_bullet.settling.cached_runs import CachedFile, CloudObject, DropConfig, LoadOptions
 from spherefunc_bullet.settling.drops import TO_THE_END, RunLimit
 from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
@@ -37,8 +37,8 @@ def files(tmp_path):
 
 
 def simulated(paths, radii=RADII, **options) -> list:
-    dropping = Dropping(**{"simulator": "fast", "radii": radii} | options)
-    found = dict(simulate_objects(paths, dropping, jobs=1))
+    drop_config = DropConfig(**{"simulator": "fast", "radii": radii} | options)
+    found = dict(simulate_objects(paths, drop_config, jobs=1))
     return [found[i] for i in range(len(paths))]
 
 
@@ -59,9 +59,9 @@ def same(first, second) -> bool:
 
 
 def test_several_simulators_share_what_is_loaded_and_do_as_each_does_alone(files, monkeypatch):
-    ways = [Dropping(simulator="fast", radii=RADII, seed=seed) for seed in (0, 1)]
-    loaded, load = [], Dropping.cloud
-    monkeypatch.setattr(Dropping, "cloud", lambda self, file, **more: loaded.append(file) or load(self, file, **more))
+    ways = [DropConfig(simulator="fast", radii=RADII, seed=seed) for seed in (0, 1)]
+    loaded, load = [], DropConfig.cloud
+    monkeypatch.setattr(DropConfig, "cloud", lambda self, file, **more: loaded.append(file) or load(self, file, **more))
     together = dict(simulate_by_several([(path, ways) for path in files], jobs=1))
     assert sorted(source.path for source in loaded) == sorted(files)
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(cache_home()) + "-alone")
@@ -76,7 +76,9 @@ def test_several_simulators_share_what_is_loaded_and_do_as_each_does_alone(files
 def test_first_run_settles_spheres(files):
     mug, plate = simulated(files)
     assert set(mug.settled) == set(RADII) and mug.path == files[0]
-    assert same([dict(simulate_objects(files[:1], Dropping(simulator="fast", radii=RADII)))[0]], [mug])  # on all cores
+    assert same(
+        [dict(simulate_objects(files[:1], DropConfig(simulator="fast", radii=RADII)))[0]], [mug]
+    )  # on all cores
     assert all(len(each.settled[radius]) > 5 and each.drops[radius] > 50 for each in (mug, plate) for radius in RADII)
     # 63 points round the wall miss the widest place by up to r (1 - cos(pi / 63)) = 0.05 mm on either side.
     assert mug.size == pytest.approx([0.08, 0.08, 0.1], abs=1e-4)
@@ -100,7 +102,7 @@ def test_only_what_is_missing_is_computed(files):
 
 def test_runs_to_the_end_begin_as_those_with_a_limit(files, monkeypatch):
     monkeypatch.setattr("spherefunc_bullet.simulator.SPHERE_LIMIT", 12)
-    limited, whole = simulated(files, (0.01,)), simulated(files, (0.01,), length=TO_THE_END)
+    limited, whole = simulated(files, (0.01,)), simulated(files, (0.01,), run_limit=TO_THE_END)
     for few, all_ in zip(limited, whole, strict=True):
         assert len(few.settled[0.01]) == 12 < len(all_.settled[0.01])
         assert np.array_equal(few.centers(0.01), all_.centers(0.01)[:12])
@@ -186,7 +188,7 @@ def test_sphere_larger_than_the_object_settles_nowhere(files):
 
 
 def test_two_processes_give_what_one_gives(files):
-    in_two = dict(simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=2))
+    in_two = dict(simulate_objects(files, DropConfig(simulator="fast", radii=RADII), jobs=2))
     assert same([in_two[0], in_two[1]], simulated(files))
 
 
@@ -213,8 +215,8 @@ def test_a_record_says_what_its_runs_took_and_made_them(files):
     for radius, drops in mug.settled.items():
         assert drops.radius == radius and drops.provenance["settings"]["radius"] == radius
         assert np.array_equal(mug.centers(radius), drops.rests) and drops.provenance["seed"] == 0
-    assert LoadOptions().kept() == {"up": "z", "units": "m"} == LoadOptions(up="z").kept()
-    assert Dropping(simulator="fast", radii=[0.01]).settings(0.01) == {
+    assert LoadOptions().to_dict() == {"up": "z", "units": "m"} == LoadOptions(up="z").to_dict()
+    assert DropConfig(simulator="fast", radii=[0.01]).settings(0.01) == {
         name: value for name, value in vars(drop_settings(make_simulator("fast"), 0.01)).items() if value is not None
     }
     askew = trimesh.transformations.rotation_matrix(np.radians(25), [0, 1, 0])
@@ -223,15 +225,20 @@ def test_a_record_says_what_its_runs_took_and_made_them(files):
 
 
 def test_a_cloud_s_drops_are_kept_where_that_is_asked_for_and_a_file_s_answers_always(files):
-    mug, dropping, asked = clouds.mug(), Dropping(simulator="fast", radii=(0.02,)), []
+    mug, drop_config, asked = clouds.mug(), DropConfig(simulator="fast", radii=(0.02,)), []
     length = RunLimit(drops=20)
-    drops = [CloudObject(own=mug, dropping=dropping, **how).drops(length)[0.02] for how in ({}, {"cache": True})]
+    drops = [
+        CloudObject(raw_cloud=mug, drop_config=drop_config, **how).drops(length)[0.02] for how in ({}, {"cache": True})
+    ]
     assert np.array_equal(drops[0].rests, drops[1].rests) and len(entries()) == 1
-    for item, times in ((CloudObject(own=mug, dropping=dropping), 2), (CachedFile(files[0], dropping), 1)):
+    for item, times in (
+        (CloudObject(raw_cloud=mug, drop_config=drop_config), 2),
+        (CachedFile(files[0], drop_config), 1),
+    ):
         asked.clear()
         for _ in range(2):
             assert item.count("parts", lambda cloud: asked.append(cloud) or 7) == 7
             assert not item.check("stands", lambda cloud: bool(asked.append(cloud)))
         assert len(asked) == 2 * times and all(np.allclose(cloud.size, mug.size, atol=1e-3) for cloud in asked)
-    first, again = (CachedFile(path, dropping).drops(length)[0.02] for path in files[:1] * 2)
+    first, again = (CachedFile(path, drop_config).drops(length)[0.02] for path in files[:1] * 2)
     assert len(first) == 20 and np.array_equal(first.rests, again.rests)

@@ -11,7 +11,7 @@ import trimesh
 from objects_to_scan import slab_on_posts
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.classification import FALLS
+from spherefunc_bullet.classification import FALLS_OVER
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
@@ -83,8 +83,8 @@ def test_a_table_that_falls_over_is_none_with_the_reason(tmp_path, monkeypatch, 
     mesh = one_sided()
     answer, by_points = sf.classify([mesh, cloud_of(mesh).points])
     assert not answer.functions and not answer.unsure and set(answer.scores.values()) == {0.0}
-    assert answer.reasons[0] == FALLS and answer.reasons[1].startswith("table")
-    assert by_points.functions == {"table"} and FALLS not in by_points.reasons
+    assert answer.reasons[0] == FALLS_OVER and answer.reasons[1].startswith("table")
+    assert by_points.functions == {"table"} and FALLS_OVER not in by_points.reasons
     path = tmp_path / "one_sided.ply"
     mesh.export(path)
     monkeypatch.setattr("sys.argv", ["spherefunc", "classify", str(path), "--explain", "--json"])
@@ -92,7 +92,7 @@ def test_a_table_that_falls_over_is_none_with_the_reason(tmp_path, monkeypatch, 
         with pytest.raises(SystemExit) as stop:
             main()
         (row,) = json.loads(capsys.readouterr().out)
-        assert not stop.value.code and row["reasons"][0] == FALLS and not row["unsure"]
+        assert not stop.value.code and row["reasons"][0] == FALLS_OVER and not row["unsure"]
         assert [(result["member"], result["score"]) for result in row["functions"].values()] == [(False, 0.0)] * 3
         assert row["nearest"] and not any(row["quantities"].values())
 

@@ -16,7 +16,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_mass
 from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of, needed_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.settling.resting_places import resting_places
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import Material, Stance, StandSettings, able_backends
 from spherefunc_bullet.simulator.statics.body import body_of

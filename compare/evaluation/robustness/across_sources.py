@@ -32,7 +32,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
 from spherefunc_bullet.scenes.impairment.specimen import NONE
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import passed
 
 from ..evaluation import Trial
@@ -64,7 +64,7 @@ def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
 
 
 def profiled_with_model(
-    model: CloudClassifier, dataset: Dataset, dropping: Dropping, jobs: int, failures: Failures
+    model: CloudClassifier, dataset: Dataset, drop_config: DropConfig, jobs: int, failures: Failures
 ) -> ProfileFeatures:
     """Return the quantities of a data set's objects that a model has kept, and what checks those of sources.
 
@@ -79,7 +79,7 @@ def profiled_with_model(
         raise InputError(f"{learnt}, got one of {len(model.names_)} objects")
     asked = [item for item, source in zip(dataset.objects, sources_of(dataset.objects), strict=True) if source]
     of_sources = Dataset(dataset.name, tuple(asked))
-    checked = simulate_dataset(of_sources, replace(dropping, radii=()), jobs=jobs, failed=failures.add)
+    checked = simulate_dataset(of_sources, replace(drop_config, radii=()), jobs=jobs, failed=failures.add)
     records = {record.path: record for record in checked.records}
     known = [records.get(item.path) for item in dataset.objects]
     checks = UseChecks(
@@ -190,13 +190,13 @@ def main(
 ):
     """Measure a recipe on the sources that it would learn, each left out in turn."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    dropping = options.dropping(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
+    drop_config = options.drop_config(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
     dataset = joined_datasets(datasets)
     if model is None:
-        simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
-        objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), dropping.radii)
+        simulated = simulate_dataset(dataset, drop_config, jobs=jobs, failed=failures.add)
+        objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), drop_config.radii)
     else:
-        objects, read = dataset.objects, profiled_with_model(load_model(model), dataset, dropping, jobs, failures)
+        objects, read = dataset.objects, profiled_with_model(load_model(model), dataset, drop_config, jobs, failures)
     report = report_of(answered(read, objects, kinds_of(datasets)))
     print_json(report) if json else print_report(report)
     failures.exit()

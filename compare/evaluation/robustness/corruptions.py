@@ -26,7 +26,7 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.scenes.impairment.folder import evenly_spread
 from spherefunc_bullet.scenes.impairment.specimen import FUNCTIONS, NONE
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
-from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 
@@ -59,7 +59,7 @@ class CorruptedSet:
 def corruption_rates(
     learnt: Simulated,
     tested: Simulated | None,
-    dropping: Dropping,
+    drop_config: DropConfig,
     method: AnyMethod,
     *,
     copied: int | None = None,
@@ -78,9 +78,9 @@ def corruption_rates(
     copied : int
         So many objects of each function at most, evenly chosen, and twice as many without one.
     """
-    asked = asked_of(learnt, tested, dropping, copied, jobs, failed)
-    splits = splits_of(asked, None if tested is None else len(learnt.objects), dropping.seed)
-    read = readings(asked.simulated, dropping.radii, method)
+    asked = asked_of(learnt, tested, drop_config, copied, jobs, failed)
+    splits = splits_of(asked, None if tested is None else len(learnt.objects), drop_config.seed)
+    read = readings(asked.simulated, drop_config.radii, method)
     said = {name: as_sure(one, asked).trials([[split] for split in splits]) for name, one in read.items()}
     labels = labels_of(asked.simulated)
     of_spheres = rates_of(asked, labels, said.pop(SPHERES))
@@ -97,14 +97,14 @@ def as_sure(read: FeatureMethod, asked: CorruptedSet) -> FeatureMethod:
 
 
 def asked_of(
-    learnt: Simulated, tested: Simulated | None, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
+    learnt: Simulated, tested: Simulated | None, drop_config: DropConfig, copied: int | None, jobs: int, failed: Failed
 ) -> CorruptedSet:
     """Return whole objects, and their corrupted clouds with the spheres that fell on these."""
     whole = learnt if tested is None else learnt + tested
     first = 0 if tested is None else len(learnt.objects)
     rows = {item.path: row for row, item in enumerate(whole.objects) if row >= first}
     some = chosen(whole.objects[first:], copied)
-    tasks = [(item, dropping) for item in some]
+    tasks = [(item, drop_config) for item in some]
     outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
     done = passed(outcomes, len(some), "corrupting", failed)
     made = [(rows[some[index].path], *one) for index, corruptions in done for one in corruptions]
@@ -122,23 +122,25 @@ def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[Dataset
     return [item for function, count in most.items() for item in evenly_spread(objects, function, count)]
 
 
-def corrupted_records(item: DatasetObject, dropping: Dropping) -> list[tuple[str, str, ObjectRecord]]:
+def corrupted_records(item: DatasetObject, drop_config: DropConfig) -> list[tuple[str, str, ObjectRecord]]:
     """Return what spheres make of an object's points as they are, and corrupted in each way and severity."""
-    cloud = dropping.cloud(item.path)
-    made = [(CLEAN, "0", record_of(cloud.points, item, dropping))]
+    cloud = drop_config.cloud(item.path)
+    made = [(CLEAN, "0", record_of(cloud.points, item, drop_config))]
     for kind in CORRUPTIONS:
         for severity in SEVERITIES:
             rng = np.random.default_rng(
-                [dropping.seed, zlib.crc32(item.path.name.encode()), zlib.crc32(kind.encode()), severity]
+                [drop_config.seed, zlib.crc32(item.path.name.encode()), zlib.crc32(kind.encode()), severity]
             )
-            made.append((kind, str(severity), record_of(corrupted(cloud.points, kind, severity, rng), item, dropping)))
+            made.append(
+                (kind, str(severity), record_of(corrupted(cloud.points, kind, severity, rng), item, drop_config))
+            )
     return made
 
 
-def record_of(points: np.ndarray, item: DatasetObject, dropping: Dropping) -> ObjectRecord:
+def record_of(points: np.ndarray, item: DatasetObject, drop_config: DropConfig) -> ObjectRecord:
     """Return where spheres settle on points (N, 3), and what baselines ask of them."""
     cloud = prepare(Cloud(points, item.path.name))
-    settled = settle(cloud, dropping.simulator, dropping.radii, dropping.seed, dropping.length)
+    settled = settle(cloud, drop_config.simulator, drop_config.radii, drop_config.seed, drop_config.run_limit)
     shape = shape_of(cloud)
     return ObjectRecord(path=item.path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 

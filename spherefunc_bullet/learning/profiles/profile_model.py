@@ -84,7 +84,7 @@ class ProfileModel(FunctionModel):
         self.seed = seed
 
     @property
-    def length(self) -> RunLimit:
+    def run_limit(self) -> RunLimit:
         """The limit of its runs."""
         return RunLimit(drops=self.drops)
 
@@ -117,10 +117,10 @@ class ProfileModel(FunctionModel):
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
         """Return the reading of the first drops where it is sure, else of all drops; see `FunctionModel`."""
         if self.early_ is not None:
-            first = self.early_.reading_of(drop(self.early_.length))
+            first = self.early_.reading_of(drop(self.early_.run_limit))
             if self.early_.is_sure(first):
                 return first
-        return self.reading_of(drop(self.length))
+        return self.reading_of(drop(self.run_limit))
 
     def reading_of(self, drops: DropsByRadius) -> Reading:
         """Return the reading of the drops of one object, by the model that was fitted to runs of this limit."""

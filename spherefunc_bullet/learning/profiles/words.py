@@ -1,6 +1,6 @@
-"""Why an object has a function or not, in words: what spheres met, the quantities that decided, and what is doubtful.
+"""Explanations in words: where spheres came to rest, and the quantities that decided.
 
-What a person would say of a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm deep.
+For a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm deep.
 """
 
 from __future__ import annotations
@@ -15,28 +15,29 @@ from ...function_model import THRESHOLD, Reading
 from ...settling.drops import settled_count
 from .quantities import QUANTITIES, Profile, Quantity
 
-DECIDING = 4  # quantities that are named
-TELLING = 0.05  # of a score: a quantity that would raise it by less does not tell why it is low
-NEAREST = 3  # training objects that are named
+DECIDING = 4  # number of quantities that are named
+LEAST_GAIN = 0.05  # of a score: a quantity that would raise it by less does not explain why it is low
+NEAREST = 3  # number of training objects that are named
 
 
 Row = dict[str, Any]  # ready for JSON
 
 
 def sentences(reading: Reading) -> list[str]:
-    """Return a sentence for each function that an object has, or for the likeliest where it has none."""
+    """Return a sentence for each function that an object has; if it has none, for that with the highest score."""
     functions, scores = reading.model.functions_, reading.rounded
     score_of = dict(zip(functions, scores, strict=True))
     names = [name for name in functions if score_of[name] > THRESHOLD]
     if names:
-        return [f"{name} {score_of[name]:.2f}: {met(reading, name)}" for name in names]
+        return [f"{name} {score_of[name]:.2f}: {contact_sentence(reading, name)}" for name in names]
     likeliest = functions[int(np.argmax(scores))]
-    return [f"{likeliest} {score_of[likeliest]:.2f}: {met(reading, likeliest)}{against(reading, likeliest)}"]
+    sentence = contact_sentence(reading, likeliest) + counter_evidence(reading, likeliest)
+    return [f"{likeliest} {score_of[likeliest]:.2f}: {sentence}"]
 
 
-def met(reading: Reading, name: str) -> str:
-    """Return what the spheres met that count most for a function, as a person would say it."""
-    radius = telling_radius(reading, name)
+def contact_sentence(reading: Reading, name: str) -> str:
+    """Return a sentence on where the spheres rest that count most for a function."""
+    radius = most_important_radius(reading, name)
     if radius is None:
         return "no sphere stays on it"
     profile = profile_at(reading, radius)
@@ -45,26 +46,26 @@ def met(reading: Reading, name: str) -> str:
     spheres = f"{count} spheres" if count > 1 else "one sphere"
     lie = "lie" if count > 1 else "lies"
     return (
-        f"a level {said(profile, 'level_height')} above the ground, {said(profile, 'level_area')} large and "
-        f"{said(profile, 'level_width')} wide{walls}, on which {spheres} of radius {format_length(radius)} {lie} "
-        f"{said(profile, 'level_depth')} deep; {said(profile, 'stays')} of the drops within their outline stay"
+        f"a level {text_of(profile, 'level_height')} above the ground, {text_of(profile, 'level_area')} large and "
+        f"{text_of(profile, 'level_width')} wide{walls}, on which {spheres} of radius {format_length(radius)} {lie} "
+        f"{text_of(profile, 'level_depth')} deep; {text_of(profile, 'stays')} of the drops within their outline stay"
     )
 
 
-def telling_radius(reading: Reading, name: str) -> float | None:
-    """Return the radius of the spheres that count most for a function, of those that stayed; None where none did."""
+def most_important_radius(reading: Reading, name: str) -> float | None:
+    """Return the radius that counts most for a function, of those with settled spheres; None where none settled."""
     radii = [radius for radius in reading.model.radii if settled_count(reading.drops, radius)]
     if not radii:
         return None
     return reading.model.radius_[name] if reading.model.radius_[name] in radii else radii[-1]
 
 
-def against(reading: Reading, name: str) -> str:
-    """Return what speaks most against a function: the quantity that would raise its score most.
+def counter_evidence(reading: Reading, name: str) -> str:
+    """Return which quantity speaks most against a function: that which would raise its score most.
 
-    Each is set, at all radii, to the median of the training objects that have the function.
+    Each quantity is set, at all radii, to the median of the training objects that have the function.
     """
-    radius = telling_radius(reading, name)
+    radius = most_important_radius(reading, name)
     if radius is None:
         return ""
     model, profile = reading.model, reading.profile
@@ -72,23 +73,23 @@ def against(reading: Reading, name: str) -> str:
     members = model.members_[:, column] & (model.copy_groups_.weights == 1)
     if not members.any():
         return ""
-    usual = np.median(model.profiles_[members], axis=0)
+    medians = np.median(model.profiles_[members], axis=0)
     changed = np.tile(profile, (count, 1))
     for number in range(count):
-        changed[number, number::count] = usual[number::count]
+        changed[number, number::count] = medians[number::count]
     gains = model.score_profiles(changed)[:, column] - reading.scores[column]
     best = int(gains.argmax())
-    if gains[best] < TELLING:
+    if gains[best] < LEAST_GAIN:
         return ""
     quantity, start = quantity_of(model.quantities, best), count * list(model.radii).index(radius)
-    here, there = (with_unit(float(row[start + best]), quantity.unit) for row in (profile, usual))
-    return f"; what speaks most against it: {quantity.meaning}, {here} instead of {there}"
+    value, median = (with_unit(float(row[start + best]), quantity.unit) for row in (profile, medians))
+    return f"; what speaks most against it: {quantity.meaning}, {value} instead of {median}"
 
 
-def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Row]:
-    """Return the quantities that decide most about a function, for it or against it, the strongest first; see `Reason`.
+def deciding_quantities(reading: Reading, name: str, count: int = DECIDING) -> list[Row]:
+    """Return the quantities with the largest effect on the score of a function, the largest first; see `Reason`.
 
-    ``share`` is what the score loses when the quantity is set to the training objects' median.
+    ``share`` is the loss of the score when the quantity is set to the median of the training objects.
     """
     model, profile = reading.model, reading.profile
     column = model.functions_.index(name)
@@ -113,7 +114,7 @@ def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Row]:
 
 
 def nearest(reading: Reading, count: int = NEAREST) -> list[Row]:
-    """Return the training objects that are most like an object, the nearest first; copies of others are not named.
+    """Return the most similar training objects, nearest first; copies are left out.
 
     ``distance`` is the mean difference of ranks among the training objects, 0 to 1.
     """
@@ -131,25 +132,25 @@ def nearest(reading: Reading, count: int = NEAREST) -> list[Row]:
 
 
 def profile_at(reading: Reading, radius: float) -> Profile:
-    """Return an object's quantities at one radius, by name."""
+    """Return the quantities of an object at one radius, by name."""
     names = reading.model.quantities
     start = list(reading.model.radii).index(radius) * len(names)
     return dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
 
 
 def quantity_of(names: Sequence[str], column: int) -> Quantity:
-    """Return which quantity a column of profiles is that have these at each radius."""
+    """Return the quantity in a column of profiles that have quantities of these names at each radius."""
     name = names[column % len(names)]
     return next(quantity for quantity in QUANTITIES if quantity.name == name)
 
 
-def said(profile: Profile, name: str) -> str:
-    """Return a quantity's value with its unit."""
+def text_of(profile: Profile, name: str) -> str:
+    """Return the value of a quantity with its unit."""
     return with_unit(profile[name], unit_of(name))
 
 
-def cells_of(decided: Row) -> list[str]:
-    """Return a quantity that decided, as a table says it: what, spheres, here, median learnt, change without it."""
+def table_cells(decided: Row) -> list[str]:
+    """Return a deciding quantity as table cells: meaning, radius, value, median, change of the score without it."""
     values = (with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median"))
     return [decided["meaning"], format_length(decided["radius"]), *values, f"{-decided['share']:+.2f}"]
 
@@ -160,7 +161,7 @@ def unit_of(name: str) -> str:
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a value as a person would say it.
+    """Return a value with its unit, rounded for reading.
 
     Examples
     --------
