@@ -55,15 +55,15 @@ class FastSimulator:
 
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        kept = cloud.cached("the short run of each radius by fast", dict[float, DropRun])
-        run = kept.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
+        short_runs = cloud.cached("the short run of each radius by fast", dict[float, DropRun])
+        run = short_runs.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
         if run is None or not run.begins(settings, self, seed):
             run = DropRun(cloud, settings, self, seed)
             started += run.get_ready()
         run.go_on(settings)
         run.seconds += time.perf_counter() - started
         if settings.max_drops is not None and settings.max_drops <= SHORT:
-            kept[settings.radius] = run
+            short_runs[settings.radius] = run
         return run.result(provenance_of(self, settings, seed))
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:

@@ -34,7 +34,7 @@ class Neighbourhood(NamedTuple):
     place: np.ndarray  # (3,) metres
     normals: np.ndarray  # (C, 3) scratch for contacts
     strip: np.ndarray  # (4,) metres, left, right, front and back of where may be looked; for most runs everywhere
-    asked: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
+    pending: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
 
 
 @inline_jit
@@ -50,8 +50,8 @@ def look_around(points, spheres, nearby, x, y, z, radius):
     nearby.place[0], nearby.place[1], nearby.place[2] = x, y, z
     nearby.counts[0] = 0
     if may_touch_points(spheres, x, y, z):
-        nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.asked, nearby.points)
-    nearby.counts[1] = copy_spheres(spheres, x, y, z, SPHERE_REACH * radius, nearby.asked, nearby.spheres)
+        nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.pending, nearby.points)
+    nearby.counts[1] = copy_spheres(spheres, x, y, z, SPHERE_REACH * radius, nearby.pending, nearby.spheres)
 
 
 @inline_jit
@@ -71,7 +71,7 @@ def knows_fall(nearby, x, y, high, low, radius):
 
 
 @inline_jit
-def copy_points(points, x, y, z, reach, asked, copied):
+def copy_points(points, x, y, z, reach, pending, copied):
     """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many.
 
     The answers of all lanes are gathered in the bits of one number before any is acted on: which of a few are near
@@ -90,29 +90,29 @@ def copy_points(points, x, y, z, reach, asked, copied):
                 if end - i < EIGHT:
                     lanes &= (ONE << (end - i)) - ONE  # the others are of other cells
                 near |= lanes << bits
-                asked[bits // EIGHT] = i
+                pending[bits // EIGHT] = i
                 i += EIGHT
                 bits += EIGHT
                 if bits == FULL:
-                    count = copy_near_points(points.xyz, near, asked, copied, count)
+                    count = copy_near_points(points.xyz, near, pending, copied, count)
                     bits = near = NONE
-    return copy_near_points(points.xyz, near, asked, copied, count)
+    return copy_near_points(points.xyz, near, pending, copied, count)
 
 
 @inline_jit
-def copy_near_points(xyz, near, asked, copied, count):
+def copy_near_points(xyz, near, pending, copied, count):
     """Copy the points whose bits are set, after the first ``count`` of ``copied``; return how many that makes."""
     while near:
         bit = lowest_bit(near)
         near &= near - ONE
-        i = asked[bit // EIGHT] + bit % EIGHT
+        i = pending[bit // EIGHT] + bit % EIGHT
         copied[0, count], copied[1, count], copied[2, count] = xyz[i, 0], xyz[i, 1], xyz[i, 2]
         count += ONE
     return count
 
 
 @inline_jit
-def copy_spheres(spheres, x, y, z, reach, asked, copied):
+def copy_spheres(spheres, x, y, z, reach, pending, copied):
     """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``, as `copy_points`; return how many."""
     first_x, last_x, first_y, last_y = columns_around(spheres, x, y, reach)
     low, bits, near, count = z - reach, NONE, NONE, NONE
@@ -122,22 +122,22 @@ def copy_spheres(spheres, x, y, z, reach, asked, copied):
             while highest > low:
                 first = FOUR * (FOUR * block + ONE)  # below the block's head
                 near |= near_of_four(spheres.blocks, first, FOUR, x, y, z, reach * reach) << bits
-                asked[bits // FOUR] = block
+                pending[bits // FOUR] = block
                 bits += FOUR
                 if bits == FULL:
-                    count = copy_near_spheres(spheres.blocks, near, asked, copied, count)
+                    count = copy_near_spheres(spheres.blocks, near, pending, copied, count)
                     bits = near = NONE
                 highest, block = spheres.blocks[block, 0, 0], np.uint64(spheres.blocks[block, 0, 2])
-    return copy_near_spheres(spheres.blocks, near, asked, copied, count)
+    return copy_near_spheres(spheres.blocks, near, pending, copied, count)
 
 
 @inline_jit
-def copy_near_spheres(blocks, near, asked, copied, count):
+def copy_near_spheres(blocks, near, pending, copied, count):
     """Do as `copy_near_points` with settled centres."""
     while near:
         bit = lowest_bit(near)
         near &= near - ONE
-        block, k = blocks[asked[bit // FOUR]], bit % FOUR
+        block, k = blocks[pending[bit // FOUR]], bit % FOUR
         copied[0, count], copied[1, count], copied[2, count] = block[1, k], block[2, k], block[3, k]
         count += ONE
     return count

@@ -129,10 +129,10 @@ class Strips:
 
     def find_spares(self, spheres: SphereGrid, count: int):
         """Have a block for each of so many spheres; those that were not needed before serve again."""
-        kept = self.spares[self.spares > 0]
-        new = np.arange(spheres.used[0], spheres.used[0] + max(0, count - len(kept)), dtype=np.uint32)
+        free = self.spares[self.spares > 0]
+        new = np.arange(spheres.used[0], spheres.used[0] + max(0, count - len(free)), dtype=np.uint32)
         spheres.used[0] += len(new)
-        self.spares = np.concatenate([kept, new])
+        self.spares = np.concatenate([free, new])
 
     def by_tiles(self, columns: np.ndarray) -> np.ndarray:
         """Return an order (M,) of columns (M, 2) that goes from tile to tile, to and fro."""

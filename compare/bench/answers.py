@@ -143,16 +143,16 @@ def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 4
 def questions(simulator: Simulator, cloud: Cloud) -> dict[str, Callable[[], object]]:
     """Return what one asks of an object, by what the table calls it."""
     places = resting_places(cloud)
-    asked: dict[str, Callable[[], object]] = {
+    benchmarks: dict[str, Callable[[], object]] = {
         "poses, 100 drops": lambda: simulator.poses(cloud, PoseSettings(), 0),
         "standing, 100 places": lambda: simulator.stands(cloud, StandSettings(load=20.0), places, 0),
     }
     if hasattr(simulator, "carry"):
-        asked["keeping"] = lambda: simulator.carry(cloud, CarrySettings(), 0)
+        benchmarks["keeping"] = lambda: simulator.carry(cloud, CarrySettings(), 0)
         if cloud.size.max() < 0.2:
             small = CarrySettings(radius=float(cloud.size.max()) * SMALL)
-            asked["keeping 300 small spheres"] = lambda: simulator.carry(cloud, small, 0)
-    return asked
+            benchmarks["keeping 300 small spheres"] = lambda: simulator.carry(cloud, small, 0)
+    return benchmarks
 
 
 def time_mechanics(repeats: Repeats = 3):

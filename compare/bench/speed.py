@@ -43,8 +43,8 @@ Measured = dict[str, Any]  # what was measured of one object, by name; seconds
 
 def cases(backend: str, table: Case, quick: bool) -> list[Case]:
     """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
-    own = [one for one in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and one[0] == "sofa")]
-    chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*one) for one in own), table]
+    chosen_objects = [one for one in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and one[0] == "sofa")]
+    chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*one) for one in chosen_objects), table]
     return [one for one in chosen if one is not None]
 
 

@@ -82,7 +82,7 @@ def evaluate(
 
     require_sensible(data, test, impaired, corruptions, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
-    asked, chosen = asked_tasks(tasks), find_method(method)
+    task_names, chosen = asked_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii
 
@@ -111,7 +111,7 @@ def evaluate(
         rates = corruption_rates(learnt, tested, drop_config, chosen, copied=copied, jobs=jobs, failed=failures.add)
         if picture is not None:
             draw_corruptions(rates, picture)
-    mechanics = measured_tasks(dataset, drop_config, asked, task_objects)
+    mechanics = measured_tasks(dataset, drop_config, task_names, task_objects)
     reports = None if mechanics is None else task_reports(mechanics)
     print_results(about, results, json, shares, confusion, reports, rates)
     if mechanics is not None and not json:

@@ -64,9 +64,9 @@ def histograms_agree(first: ComparedRun, second: ComparedRun, radius: float) -> 
     return {
         "radius": radius,
         "ratio": median_ratio(between, within),
-        "ratio_to": {name: median_ratio(between, own) for name, own in seeds.items()},
+        "ratio_to": {name: median_ratio(between, between_seeds) for name, between_seeds in seeds.items()},
         "between": median(between[differ]),
-        "within": {name: median(own[differ]) for name, own in seeds.items()},
+        "within": {name: median(between_seeds[differ]) for name, between_seeds in seeds.items()},
         "norm": median(norms[differ]),
         "objects": int(np.sum(differ)),
     }

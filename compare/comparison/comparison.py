@@ -95,7 +95,7 @@ def backend_report(entry: ComparedRun, quality: Report, by_radius: Mapping[float
     """Return everything of one simulator."""
     memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
     simulator = entry.candidate.simulator
-    own = {
+    report = {
         "settled_share": entry.runs.settled_share,  # of all spheres dropped
         "peak_memory": max(memory, default=None),  # bytes of a whole process, interpreter and libraries included
         "peak_memory_runs": len(memory),  # of how many runs it is known: those of an older cache lack it
@@ -108,7 +108,7 @@ def backend_report(entry: ComparedRun, quality: Report, by_radius: Mapping[float
         "options": simulator.options(),
         "sphere_limit": sphere_limit(simulator),  # settled spheres at which a run ends
     }
-    return quality | entry.runs.timing() | own
+    return quality | entry.runs.timing() | report
 
 
 def radius_report(radius: float, runs: Runs, alone: Evaluation) -> dict[str, Any]:

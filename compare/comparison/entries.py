@@ -177,7 +177,7 @@ def simulate_candidates(
         fewer = FailureLog(failures=failures, consequence="left out of the agreement of histograms")
         reseeded = [replace(candidate, seed=experiment.seeds[1]) for candidate in candidates]
         again = drop_all(reseeded, replace(dataset, objects=chosen), fewer, jobs, run)
-    kept = {item.path for item in first[0].objects}
+    paths = {item.path for item in first[0].objects}
     return Comparison(
         entries=tuple(
             ComparedRun(
@@ -185,7 +185,7 @@ def simulate_candidates(
             )
             for candidate, one, two in zip(candidates, first, again, strict=True)
         ),
-        left_out=tuple(item for item in dataset.objects if item.path not in kept),
+        left_out=tuple(item for item in dataset.objects if item.path not in paths),
     )
 
 
@@ -212,16 +212,16 @@ def require_splittable(name: str, objects: Sequence[DatasetObject], which: str =
 
 def subset(simulated: Simulated, paths: Collection[Path]) -> Simulated:
     """Return the objects of these paths alone."""
-    kept = [i for i, item in enumerate(simulated.objects) if item.path in paths]
-    objects, records = (tuple(column[i] for i in kept) for column in (simulated.objects, simulated.records))
+    rows = [i for i, item in enumerate(simulated.objects) if item.path in paths]
+    objects, records = (tuple(column[i] for i in rows) for column in (simulated.objects, simulated.records))
     return Simulated(simulated.name, objects, records)
 
 
-def repeated_count(first: Sequence[Simulated], asked: int | None) -> int:
+def repeated_count(first: Sequence[Simulated], requested: int | None) -> int:
     """Return how many objects to drop on again: as asked, or all where that costs little, or `SOME`."""
     count = len(first[0].objects)
-    if asked is not None:
-        return min(asked, count)
+    if requested is not None:
+        return min(requested, count)
     spent = sum(sum(record.seconds.values()) for simulated in first for record in simulated.records)
     return count if spent <= CHEAP else min(SOME, count)
 

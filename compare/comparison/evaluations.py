@@ -69,9 +69,9 @@ def add_shares(shares: Shares, copies: Shares, name: str):
     """Add what one simulator's spheres say of copies, under its name, and of baselines what there is."""
     for function, kinds in copies.items():
         for kind, row in kinds.items():
-            said = {re.sub(f"^{SPHERES}", name, key): value for key, value in row["share"].items()}
+            named_shares = {re.sub(f"^{SPHERES}", name, key): value for key, value in row["share"].items()}
             known = shares.setdefault(function, {}).setdefault(kind, row | {"share": {}})
-            known["share"] |= said
+            known["share"] |= named_shares
 
 
 def evaluate_entry(entry: ComparedRun, labels: Labels, method: AnyMethod, splits: Splits) -> Evaluation:
@@ -102,10 +102,10 @@ def evaluate_profiles(entry: ComparedRun, labels: Labels, splits: Splits) -> Eva
     both = replace(
         whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), checks=whole.checks.of(rows)
     )
-    asked = Splits(halves=splits.halves, left_out={ALONE: repeated_evaluation(splits.left_out[ALONE], rows)})
+    all_splits = Splits(halves=splits.halves, left_out={ALONE: repeated_evaluation(splits.left_out[ALONE], rows)})
     first = Splits(halves={size: trials[:RADIUS_TRIALS] for size, trials in splits.halves.items()})
     alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
-    evaluation, *by_radius = evaluations([(both, asked), *((one, first) for one in alone)])
+    evaluation, *by_radius = evaluations([(both, all_splits), *((one, first) for one in alone)])
     everything = evaluation.left_out[ALONE]
     second = everything.kept(everything.rows >= count)
     return replace(

@@ -142,7 +142,7 @@ def qualities(report: Report) -> list[TextTable]:
     """Return one table for each function, simulators and baselines."""
     whole = tables.quality_table(report)
     features, _, *figures = whole.columns
-    own = {
+    rows_of = {
         function: [[name, *row] for name, of, *row in whole.rows if of == function] for function in report["functions"]
     }
-    return [TextTable(title=function, columns=[features, *figures], rows=rows) for function, rows in own.items()]
+    return [TextTable(title=function, columns=[features, *figures], rows=rows) for function, rows in rows_of.items()]

@@ -53,8 +53,8 @@ def beside_cheapest(report: Report) -> tuple[str, dict[str, dict[str, Difference
     """Return the simulator that takes the fewest seconds, and how much better each other one tells each function."""
     backends, sizes = report["backends"], (report["train_size"], report["test_size"])
     cheap, *others = sorted(backends, key=lambda name: backends[name]["seconds_per_object"])
-    own = backends[cheap]["functions"]
-    return cheap, {name: paired_differences(own, backends[name]["functions"], *sizes) for name in others}
+    cheapest = backends[cheap]["functions"]
+    return cheap, {name: paired_differences(cheapest, backends[name]["functions"], *sizes) for name in others}
 
 
 def answer(report: Report) -> str:
@@ -77,12 +77,12 @@ def benefit_sentence(report: Report) -> str:
     others = [name for name in features if name.partition(",")[0] not in backends and not name.endswith(COPIES_LEARNT)]
     best = max(others, key=lambda name: apart[name])
     wins = max(apart[name] for name in backends) > apart[best]
-    said = enumeration([f"{useless[name]:.0%} by {name.replace('_', ' ')}" for name in (*backends, best)])
-    kept = enumeration([f"{works[name]:.0%}" for name in (*backends, best)])
+    useless_shares = enumeration([f"{useless[name]:.0%} by {name.replace('_', ' ')}" for name in (*backends, best)])
+    working_shares = enumeration([f"{works[name]:.0%}" for name in (*backends, best)])
     lead = "Spheres tell what works from what looks alike" if wins else "Spheres do not tell what works better"
     return (
-        f"{lead}: of copies that no longer work {said}, the best that needs no spheres, are still called by their "
-        f"function; of copies changed harmlessly, {kept}."
+        f"{lead}: of copies that no longer work {useless_shares}, the best that needs no spheres, are still called "
+        f"by their function; of copies changed harmlessly, {working_shares}."
     )
 
 
@@ -140,8 +140,8 @@ def unseen(row: Difference) -> str:
 def price_words(backend: Report, cheaper: Report) -> str:
     """Return how many times the seconds a backend takes."""
     dear, cheap = backend["seconds_per_object"], cheaper["seconds_per_object"]
-    own = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"
-    beside = f"{format_duration(dear)} against {format_duration(cheap)} an object{own}"
+    note = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"
+    beside = f"{format_duration(dear)} against {format_duration(cheap)} an object{note}"
     if not cheap > 0:
         return f"at {beside}"
     times = dear / cheap

@@ -69,11 +69,11 @@ def task_table(report: Report) -> TextTable:
     """Return what backends do of the tasks besides labels."""
     rows = [
         [task, row["backend"], row["measure"], number(row["value"]), str(row["asked"]), format_duration(row["seconds"])]
-        for task, asked in report["tasks"].items()
-        for row in asked["rows"]
+        for task, reports in report["tasks"].items()
+        for row in reports["rows"]
     ]
-    for task, asked in report["tasks"].items():
-        rows += [[task, name, "cannot do it", "", "", ""] for name in asked["unable"]]
+    for task, reports in report["tasks"].items():
+        rows += [[task, name, "cannot do it", "", "", ""] for name in reports["unable"]]
     head = ["task", "backend", "measure", "value", "objects", "each takes"]
     return TextTable(title="What rigid bodies tell besides labels", columns=head, rows=rows)
 

@@ -97,8 +97,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, drop_config, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
-        asked = [(model, partial(model_for_views, model, given=True))]
-        rows = [classified_file(item.path, asked, LoadOptions(up="z")) for item in unseen]
+        models = [(model, partial(model_for_views, model, given=True))]
+        rows = [classified_file(item.path, models, LoadOptions(up="z")) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)
     about = dict(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)

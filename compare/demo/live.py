@@ -66,12 +66,12 @@ def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, dro
     """
     turn = trimesh.transformations.rotation_matrix(np.radians(tilt), [1, 0, 0])
     cloud = cloud_from_mesh(trimesh.transform_points(mesh.vertices, turn), mesh.faces, name)
-    own = settle(cloud, backend, [radius], 0, RunLimit(drops=drops)).get(radius)
-    rests = own.rests if own is not None else np.empty((0, 3))
+    settled = settle(cloud, backend, [radius], 0, RunLimit(drops=drops)).get(radius)
+    rests = settled.rests if settled is not None else np.empty((0, 3))
     starts = np.column_stack([rests[:, :2], np.full(len(rests), cloud.size[2] + 8 * radius)])
-    if own is not None and len(own.places) == len(own):
-        starts[:, :2] = own.places[own.settled]
-    made = len(own) if own is not None else 0
+    if settled is not None and len(settled.places) == len(settled):
+        starts[:, :2] = settled.places[settled.settled]
+    made = len(settled) if settled is not None else 0
     answer = sf.classify(cloud, backend=backend)
     return LiveResult(cloud=cloud, starts=starts, rests=rests, drops=made, answer=answer)
 

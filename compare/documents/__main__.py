@@ -98,16 +98,16 @@ def wanted(names: Sequence[str]) -> tuple[list[DocumentTable], list[Measurement]
     if unknown := sorted(set(names) - known):
         raise InputError(f"{unknown[0]}: expected one of {', '.join(sorted(known))}")
     tables = [table for table in TABLES if not names or names_of(table) & set(names)]
-    asked = {one.name: one for table in tables for one in table.measurements}
-    only = [one for name, one in asked.items() if name in names]
-    return tables, only or list(asked.values())
+    by_name = {one.name: one for table in tables for one in table.measurements}
+    only = [one for name, one in by_name.items() if name in names]
+    return tables, only or list(by_name.values())
 
 
 def due(root: Path, unnamed: Iterable[DocumentTable], meant: Iterable[Measurement]) -> list[Measurement]:
     """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
-    kept = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
-    kept -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
-    return [one for one in meant if one.name not in kept and one.changed(root)]
+    written = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
+    written -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
+    return [one for one in meant if one.name not in written and one.changed(root)]
 
 
 def names_of(table: DocumentTable) -> set[str]:

@@ -63,14 +63,14 @@ def six_catalogues(fast: Evaluated, bullet: Evaluated) -> list[str]:
     return table([f"test, {results[0]['train_size']:,} training objects", *FUNCTIONS], rows)
 
 
-def overview(*asked: Evaluated) -> list[str]:
+def overview(*data_sets: Evaluated) -> list[str]:
     """Return README's table: features by what was learnt.
 
     Parameters
     ----------
-    asked : of real models, household to them, six catalogues to them by `fast`, by `bullet`; two of those by cubes
+    data_sets : of real models, household to them, six catalogues to them by `fast`, by `bullet`; two of those by cubes
     """
-    fast, bullet, cubes = asked[:3], asked[3:6], asked[6:]
+    fast, bullet, cubes = data_sets[:3], data_sets[3:6], data_sets[6:]
     features = list(fast[0]["results"][-1]["baselines"])
     rows = [
         ["**spheres by `fast`**", *overview_row(fast, SPHERES)],
@@ -88,10 +88,10 @@ def overview(*asked: Evaluated) -> list[str]:
     return table(["features", *(f"learnt: {what}" for what in learnt)], rows)
 
 
-def overview_row(asked: tuple[Evaluated, ...], feature: str) -> list[str]:
+def overview_row(data_sets: tuple[Evaluated, ...], feature: str) -> list[str]:
     """Return the F-measures of one feature: of two protocols on the first data, and where others are learnt."""
-    results = [result_of(asked[0], "random_splits"), result_of(asked[0], "leave_one_group_out")]
-    results += [result_of(evaluated, "test") for evaluated in asked[1:]]
+    results = [result_of(data_sets[0], "random_splits"), result_of(data_sets[0], "leave_one_group_out")]
+    results += [result_of(evaluated, "test") for evaluated in data_sets[1:]]
     return [figures(functions_of(result, feature)) for result in results]
 
 
@@ -148,8 +148,10 @@ def memberships(household: Evaluated, models: Evaluated) -> list[str]:
     """Return what Fig. 4 says in numbers."""
     both, rows = (household, models), []
     for size in SIZES:
-        own = [figures(result_of(one, "random_splits", size)["functions"], between=", ") for one in both]
-        rows.append([f"{size}: F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else str(size), F_OF_FIG_4[size], *own])
+        cells = [figures(result_of(one, "random_splits", size)["functions"], between=", ") for one in both]
+        rows.append(
+            [f"{size}: F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else str(size), F_OF_FIG_4[size], *cells]
+        )
     for name, paper, words in (
         ("none", NONE_OF_FIG_4, "no predicted memberships at 20, 45, 85, of those tested"),
         ("several", SEVERAL_OF_FIG_4, "several memberships"),
@@ -167,9 +169,9 @@ def counts(evaluated: Evaluated, name: str) -> str:
     return f"{means} of {results[0]['said']['tested'] / results[0]['trials']:g}"
 
 
-def left_out(said: Mapping[str, Any]) -> str:
+def left_out(confusion: Mapping[str, Any]) -> str:
     """Return how many objects had no membership, and how many several, each left out once."""
-    return f"{said['memberships']['none']}, {said['memberships']['several']} of {said['tested']}"
+    return f"{confusion['memberships']['none']}, {confusion['memberships']['several']} of {confusion['tested']}"
 
 
 def by_size(fast: Evaluated, bullet: Evaluated, cubes: Evaluated) -> list[str]:
@@ -223,9 +225,9 @@ def both_backends(fast: Evaluated, bullet: Evaluated) -> Shares:
 
 def joined(fast: Mapping[str, float], bullet: Mapping[str, float]) -> dict[str, float]:
     """Return the shares of one kind: spheres first, by either backend, then all that needs none."""
-    own = {SPHERES + behind: SPHERES + behind for behind in ("", *LATER)}
+    columns = {SPHERES + behind: SPHERES + behind for behind in ("", *LATER)}
     other = {SPHERES + behind: BY_BULLET + behind for behind in ("", *LATER)}
-    shares = {new: fast[old] for old, new in own.items()} | {new: bullet[old] for old, new in other.items()}
+    shares = {new: fast[old] for old, new in columns.items()} | {new: bullet[old] for old, new in other.items()}
     return shares | {name: share for name, share in fast.items() if name not in shares}
 
 
@@ -245,12 +247,12 @@ def unseen_kinds(evaluated: Evaluated) -> list[str]:
     """Return a row for each way to learn: useless copies still called useful, in the mean and of the worst kind."""
     cells: dict[str, list[str]] = {}
     for function in FUNCTIONS:
-        own = evaluated["impaired"][function].values()
-        for feature in (name for name in next(iter(own))["share"] if name.startswith((SPHERES, "points"))):
+        rows = evaluated["impaired"][function].values()
+        for feature in (name for name in next(iter(rows))["share"] if name.startswith((SPHERES, "points"))):
             if feature.endswith(HELD):
                 continue
-            useless = [row["share"][feature] for row in own if not row["works"]]
-            harmless = [row["share"][feature] for row in own if row["works"]]
+            useless = [row["share"][feature] for row in rows if not row["works"]]
+            harmless = [row["share"][feature] for row in rows if row["works"]]
             shares = fmean(useless), max(useless), fmean(harmless)
             cells.setdefault(feature, []).append(" / ".join(f"{share:.2f}" for share in shares))
     return table(["", *FUNCTIONS], [[name, *row] for name, row in cells.items()])

@@ -75,8 +75,8 @@ class DocumentTable:
         """Keep the block as its document has it, with a visible line that it is older than the code, and why."""
         lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
         text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
-        asked = quoted([one.command for one in self.measurements])
-        why += "" if "\nMeasured by " in text else f"{'' if why.endswith('.') else '.'} The command is {asked}."
+        commands = quoted([one.command for one in self.measurements])
+        why += "" if "\nMeasured by " in text else f"{'' if why.endswith('.') else '.'} The command is {commands}."
         self.kept(root).parent.mkdir(parents=True, exist_ok=True)
         self.kept(root).write_text(f"{text}\n\n{OLDER} {why}*\n", encoding="utf-8")
 
@@ -88,10 +88,10 @@ def read_blocks(root: Path, document: str) -> dict[str, str]:
 
 def complaints(root: Path, tables: Iterable[DocumentTable]) -> Lines:
     """Return a line for each block that is older than its code, or is not what its saved results say."""
-    own: dict[str, dict[str, DocumentTable]] = {}
+    stale: dict[str, dict[str, DocumentTable]] = {}
     for table in tables:
-        own.setdefault(table.document, {})[table.name] = table
-    return [line for name, some in own.items() for line in complaints_of(root, name, some)]
+        stale.setdefault(table.document, {})[table.name] = table
+    return [line for name, some in stale.items() for line in complaints_of(root, name, some)]
 
 
 def complaints_of(root: Path, document: str, tables: Mapping[str, DocumentTable]) -> Lines:

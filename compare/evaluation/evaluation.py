@@ -111,7 +111,7 @@ class FeatureMethod(Protocol):
     labels: Labels
     method: AnyMethod
 
-    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+    def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test by what that split learns."""
 
     def evaluation(self, splits: Splits) -> Evaluation:
@@ -124,13 +124,13 @@ def asked_by(splits: Splits) -> list[Sequence[Split]]:
     return [*([split] for trials in splits.halves.values() for split in trials), *splits.left_out.values()]
 
 
-def evaluation_of(read: FeatureMethod, splits: Splits, said: Iterator[Trial]) -> Evaluation:
+def evaluation_of(read: FeatureMethod, splits: Splits, results: Iterator[Trial]) -> Evaluation:
     """Return an evaluation from the trials that were asked for, in their order."""
     return Evaluation(
         labels=read.labels,
         method=read.method,
-        trials={size: [next(said) for _ in trials] for size, trials in splits.halves.items()},
-        left_out={name: next(said) for name in splits.left_out},
+        trials={size: [next(results) for _ in trials] for size, trials in splits.halves.items()},
+        left_out={name: next(results) for name in splits.left_out},
     )
 
 

@@ -43,8 +43,8 @@ def distances_again(
     for radius in radii:
         histogram = method.histogram(radius)
         learnt = histogram.fit_transform([record.centers(radius) for record in simulated.records])
-        asked = histogram.transform([record.centers(radius) for record in twice.values()])
-        distances[radius] = euclidean_distances(asked, learnt)
+        features = histogram.transform([record.centers(radius) for record in twice.values()])
+        distances[radius] = euclidean_distances(features, learnt)
     return distances
 
 

@@ -103,21 +103,21 @@ def impaired_shares(
         Whether what learns copies is also asked about each kind when it has learnt copies of all other kinds alone.
     """
     both, radii, splits = impaired.simulated, drop_config.radii, held_out(impaired, drop_config.seed)
-    asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
+    methods = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
-    said, held = {}, {}
-    for name, read in asked.items():
-        said[name], held[name] = apply_stability_check(read, alone)
-    for name, read in asked.items():
+    predicted, held = {}, {}
+    for name, read in methods.items():
+        predicted[name], held[name] = apply_stability_check(read, alone)
+    for name, read in methods.items():
         if isinstance(read, ProfileFeatures):
             having_learnt = with_copies_learnt(impaired, read)
             more = [[impaired.with_copies(split)] for split in splits]
-            said[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
+            predicted[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
             if unseen_kinds:
-                said[name + COPIES_LEARNT + UNSEEN_KIND] = scores_for_unseen_kinds(impaired, having_learnt, splits)
+                predicted[name + COPIES_LEARNT + UNSEEN_KIND] = scores_for_unseen_kinds(impaired, having_learnt, splits)
             if baselines and read.checks is not None:
-                said[name + HELD] = held[name]
-    return shares_of(impaired, splits, said)
+                predicted[name + HELD] = held[name]
+    return shares_of(impaired, splits, predicted)
 
 
 def apply_stability_check(
@@ -130,7 +130,7 @@ def apply_stability_check(
     if checks is None:
         return held, held
     excluded = [checks.excluded(trial.rows, trial.scores, read.labels.functions)[0] for trial in trials]
-    return [said & ~without for said, without in zip(held, excluded, strict=True)], held
+    return [positive & ~without for positive, without in zip(held, excluded, strict=True)], held
 
 
 def impaired_copies(
@@ -161,7 +161,10 @@ def impaired_copies(
     data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
     loaded = [replace(drop_config, loading=LoadOptions()) for drop_config in drop_configs]
     done = simulate_by_all(data, loaded, jobs=jobs, failed=[failed] * len(loaded))
-    return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
+    return [
+        with_originals(originals, require_some(one), dataset, copies)
+        for originals, one in zip(learnt, done, strict=True)
+    ]
 
 
 def with_originals(
@@ -170,9 +173,9 @@ def with_originals(
     """Return whole objects with their copies behind them."""
     both = learnt + simulated
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
-    kept = [copies[item.path] for item in simulated.objects]
-    of = np.array([rows[copy.of] for copy in kept])
-    return ImpairedSet(simulated=both, labels=labels_of(both), copies=kept, originals=of)
+    of_copies = [copies[item.path] for item in simulated.objects]
+    of = np.array([rows[copy.of] for copy in of_copies])
+    return ImpairedSet(simulated=both, labels=labels_of(both), copies=of_copies, originals=of)
 
 
 def with_copies_learnt(impaired: ImpairedSet, read: ProfileFeatures) -> ProfileFeatures:
@@ -187,20 +190,20 @@ def scores_for_unseen_kinds(impaired: ImpairedSet, read: ProfileFeatures, splits
 
     Of each copy only what is said of its original's function; everything else is False.
     """
-    said = [np.zeros((len(split.test), len(impaired.labels.functions)), bool) for split in splits]
-    asked = [
+    predicted = [np.zeros((len(split.test), len(impaired.labels.functions)), bool) for split in splits]
+    tasks = [
         (where, column, kind)
         for where, split in enumerate(splits)
         for column, kind in sorted({impaired.column_and_kind(row) for row in split.test - impaired.whole})
     ]
-    alone = [replace(read, labels=impaired.labels.of_function(column)) for column in range(said[0].shape[1])]
+    alone = [replace(read, labels=impaired.labels.of_function(column)) for column in range(predicted[0].shape[1])]
     work = [
         (alone[column], [impaired.with_copies(splits[where], unseen=kind).testing(impaired.made_as(column, kind))])
-        for where, column, kind in asked
+        for where, column, kind in tasks
     ]
-    for (where, column, _), trial in zip(asked, trials_of(work), strict=True):
-        said[where][np.searchsorted(splits[where].test, trial.rows), column] = trial.predicted[:, 0]
-    return said
+    for (where, column, _), trial in zip(tasks, trials_of(work), strict=True):
+        predicted[where][np.searchsorted(splits[where].test, trial.rows), column] = trial.predicted[:, 0]
+    return predicted
 
 
 def built_copies(dataset: Dataset, drop_config: DropConfig, jobs: int, failed: Failed) -> Path:
@@ -229,10 +232,10 @@ def held_out(impaired: ImpairedSet, seed: int) -> list[Split]:
     return [split for split in splits if len(split.test)]
 
 
-def shares_of(impaired: ImpairedSet, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:
+def shares_of(impaired: ImpairedSet, splits: Sequence[Split], predicted: Mapping[str, Sequence[np.ndarray]]) -> Shares:
     """Return for each function and kind the share of its copies that every feature still calls by the function."""
     rows = np.concatenate([split.test for split in splits]) - impaired.whole
-    called = {name: np.concatenate(answers) for name, answers in said.items()}
+    called = {name: np.concatenate(answers) for name, answers in predicted.items()}
     shares: Shares = {}
     made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
     for column, function in enumerate(impaired.labels.functions):
@@ -273,8 +276,8 @@ def mean_shares(shares: Shares, features: Sequence[str]) -> dict[str, dict[str, 
     """
     rows, means = [dict(mean_rows(kinds, features)) for kinds in shares.values()], {}
     for name in (USELESS, HARMLESS):
-        own = [row[name]["share"] for row in rows if name in row] or [dict.fromkeys(features, np.nan)]
-        means[name] = {feature: float(np.mean([share[feature] for share in own])) for feature in features}
+        feature_shares = [row[name]["share"] for row in rows if name in row] or [dict.fromkeys(features, np.nan)]
+        means[name] = {feature: float(np.mean([share[feature] for share in feature_shares])) for feature in features}
     return means
 
 

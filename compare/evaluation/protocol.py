@@ -191,10 +191,10 @@ def fitting_sizes(text: str, count: int) -> tuple[tuple[int, ...], list[int]]:
     InputError
         If a size is no number, or less than two.
     """
-    half, asked = count // 2, parse_sizes(text, count)
-    if asked[0] < 2:
-        raise InputError(f"--train-sizes {text}: expected numbers from 2, got {asked[0]}")
-    return tuple(sorted({min(size, half) for size in asked})), [size for size in asked if size > half]
+    half, requested = count // 2, parse_sizes(text, count)
+    if requested[0] < 2:
+        raise InputError(f"--train-sizes {text}: expected numbers from 2, got {requested[0]}")
+    return tuple(sorted({min(size, half) for size in requested})), [size for size in requested if size > half]
 
 
 def require_enough(name: str, count: int, which: str = ""):

@@ -47,8 +47,8 @@ class UseChecks:
     def excluded(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which fail in use, (T,)."""
         failed = [
-            () if self.fallen[row] else failed_uses(np.array(functions)[own > THRESHOLD], self.uses[row])
-            for row, own in zip(rows, scores, strict=True)
+            () if self.fallen[row] else failed_uses(np.array(functions)[row_scores > THRESHOLD], self.uses[row])
+            for row, row_scores in zip(rows, scores, strict=True)
         ]
         without = [excluded(functions, falls, uses) for falls, uses in zip(self.fallen[rows], failed, strict=True)]
         return np.array(without).reshape(scores.shape), np.array([bool(uses) for uses in failed], bool)
@@ -70,9 +70,9 @@ class ProfileFeatures(FeatureMethod):
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
         return self.trials([splits])[0]
 
-    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+    def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials; see `trials_of`."""
-        return trials_of([(self, splits) for splits in asked])
+        return trials_of([(self, splits) for splits in splits_of_trials])
 
     def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights], np.ndarray]:
         """Return the scores (T, F) of what a fold tests, which radius counts most for each function, what is unsure."""
@@ -89,20 +89,25 @@ class ProfileFeatures(FeatureMethod):
         return scores, weights, learnt.are_uncertain(scores) | failing
 
 
-def evaluations(asked: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
+def evaluations(tasks: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
     """Return what was said of objects under protocols, all of it learnt side by side."""
-    said = iter(trials_of([(one, splits) for one, protocol in asked for splits in asked_by(protocol)]))
-    return [evaluation_of(one, protocol, said) for one, protocol in asked]
+    results = iter(trials_of([(one, splits) for one, protocol in tasks for splits in asked_by(protocol)]))
+    return [evaluation_of(one, protocol, results) for one, protocol in tasks]
 
 
-def trials_of(asked: Sequence[tuple[ProfileFeatures, Sequence[Split]]]) -> list[Trial]:
+def trials_of(tasks: Sequence[tuple[ProfileFeatures, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
-    folds = [folds_of(splits) for _, splits in asked]
-    work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
-    rows = sum(len(fold.train) for own in folds for fold in own)
+    folds = [folds_of(splits) for _, splits in tasks]
+    work = [
+        delayed(one.scores_of)(fold) for (one, _), own_folds in zip(tasks, folds, strict=True) for fold in own_folds
+    ]
+    rows = sum(len(fold.train) for own_folds in folds for fold in own_folds)
     learning = Parallel(n_jobs=-1 if rows >= WORTH_CORES else 1, return_as="generator")
-    said = iter(list(progress(learning(work), len(work), "learning and testing")))
-    return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
+    results = iter(list(progress(learning(work), len(work), "learning and testing")))
+    return [
+        joined(splits, own_folds, [next(results) for _ in own_folds])
+        for (_, splits), own_folds in zip(tasks, folds, strict=True)
+    ]
 
 
 def folds_of(splits: Sequence[Split]) -> list[Split]:
@@ -120,15 +125,15 @@ def folds_of(splits: Sequence[Split]) -> list[Split]:
 
 
 def joined(
-    splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple[np.ndarray, list[Weights], np.ndarray]]
+    splits: Sequence[Split], folds: Sequence[Split], results: Sequence[tuple[np.ndarray, list[Weights], np.ndarray]]
 ) -> Trial:
     """Return one trial from what was said in each of its folds."""
     return Trial(
         learnt=round(float(np.mean([len(split.train) for split in splits]))),
         rows=np.concatenate([fold.test for fold in folds]),
-        scores=np.concatenate([scores for scores, _, _ in said]),
-        weights=[weights for _, weights, _ in said],
-        unsure=np.concatenate([unsure for _, _, unsure in said]),
+        scores=np.concatenate([scores for scores, _, _ in results]),
+        weights=[weights for _, weights, _ in results],
+        unsure=np.concatenate([unsure for _, _, unsure in results]),
     )
 
 
@@ -180,9 +185,9 @@ class NeighbourFeatures(FeatureMethod):
     labels: Labels
     method: Method
 
-    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+    def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test."""
-        each = progress(asked, len(asked), "learning and testing")
+        each = progress(splits_of_trials, len(splits_of_trials), "learning and testing")
         return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in each]
 
 

@@ -36,8 +36,8 @@ def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
     spheres, results = evaluations[SPHERES], []
     for size, trials in spheres.trials.items():
         figures = {name: evaluation.quality(size) for name, evaluation in evaluations.items()}
-        said = confusion_report(spheres.labels, trials)
-        results.append(result("random_splits", size, figures) | {"trials": len(trials), "said": said})
+        confusion = confusion_report(spheres.labels, trials)
+        results.append(result("random_splits", size, figures) | {"trials": len(trials), "said": confusion})
     for protocol, pooled in spheres.left_out.items():
         figures = {name: evaluation.left_out_quality(protocol) for name, evaluation in evaluations.items()}
         results.append(result(protocol, pooled.learnt, figures) | {"said": confusion_report(spheres.labels, [pooled])})
@@ -118,18 +118,18 @@ def result_rows(result: Result) -> list[list[str]]:
 
 def print_confusion(result: Result):
     """Print who was said to have which function, of one result: the mean of its trials (paper, Fig. 4)."""
-    said, trials = result["said"], result.get("trials", 1)
-    rows = [[label, *(f"{n / trials:.1f}" for n in row.values())] for label, row in said["confusion"].items()]
-    several = "".join(f", {n / trials:.1f} {name}" for name, n in said["memberships"].items())
+    confusion, trials = result["said"], result.get("trials", 1)
+    rows = [[label, *(f"{n / trials:.1f}" for n in row.values())] for label, row in confusion["confusion"].items()]
+    several = "".join(f", {n / trials:.1f} {name}" for name, n in confusion["memberships"].items())
     print_table(
         f"\n{result['protocol'].replace('_', ' ')}, {result['train_size']} training objects, "
-        f"{said['tested'] / trials:g} tested: said to have functions{several}",
-        ["labelled", *(f"said {name}" for name in said["confusion"])],
+        f"{confusion['tested'] / trials:g} tested: said to have functions{several}",
+        ["labelled", *(f"said {name}" for name in confusion["confusion"])],
         rows,
     )
     counted = [
         f"{name} {', '.join(f'{format_length(float(radius))} {n}x' for radius, n in radii.items())}"
-        for name, radii in said["radii"].items()
+        for name, radii in confusion["radii"].items()
     ]
     show(f"radii chosen: {'; '.join(counted)}")
 

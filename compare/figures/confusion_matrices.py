@@ -132,12 +132,12 @@ def draw_curve(figure: Figure, data: EvaluatedData):
     rows = curve_rows(data)
     count = len(data.labels.functions)
     for index, name in enumerate(data.labels.functions):
-        own = [row for row in rows if row["function"] == name]
-        beside = (index - (count - 1) / 2) * DODGE * data.half
+        curve = [row for row in rows if row["function"] == name]
+        shift = (index - (count - 1) / 2) * DODGE * data.half
         axes.errorbar(
-            [row["train_size"] + beside for row in own],
-            [row["f_measure"] for row in own],
-            np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in own]),
+            [row["train_size"] + shift for row in curve],
+            [row["f_measure"] for row in curve],
+            np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in curve]),
             **look(index),
             label=name,
             markersize=3.5,

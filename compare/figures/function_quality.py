@@ -60,10 +60,10 @@ def draw_quality(figure: Figure, data: EvaluatedData):
 def draw_measures(axes: Axes, rows: list[dict]):
     """Draw F-measure, accuracy and the paper's F-measure of each function on a line."""
     for index, row in enumerate(rows):
-        own = {"color": look(index)["color"], "markersize": 5}
+        style = {"color": look(index)["color"], "markersize": 5}
         spread = np.reshape(bounded_spread(row["f_measure"], row["f_measure_std"]), (2, 1))
-        axes.errorbar(row["f_measure"], index, xerr=spread, marker="o", capsize=2, **own)
-        axes.plot(row["accuracy"], index, marker="s", markerfacecolor="white", **own)
+        axes.errorbar(row["f_measure"], index, xerr=spread, marker="o", capsize=2, **style)
+        axes.plot(row["accuracy"], index, marker="s", markerfacecolor="white", **style)
         if row["paper_f_measure"] is not None:
             axes.plot(row["paper_f_measure"], index, markersize=5, **PAPER_MARK)
     lows = [min(row["f_measure"] - (row["f_measure_std"] or 0), row["paper_f_measure"] or 1) for row in rows]

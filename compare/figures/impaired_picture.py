@@ -96,16 +96,16 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     require_ending(path)
     columns, tops = columns_of(shares), block_tops(shares)
     blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
-    rows = tops[True] + max(len(own[True]) for own in blocks.values())
+    rows = tops[True] + max(len(groups[True]) for groups in blocks.values())
     panel = LABELS + len(columns) * COLUMN + GAP
     wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
     with matplotlib.rc_context(STYLE), writing(path):
         figure = Figure(figsize=(wide, high), dpi=DOTS)
-        for place, (function, own) in enumerate(blocks.items()):
+        for place, (function, groups) in enumerate(blocks.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
             axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
             draw_heads(axes, function, columns)
-            for works, block in own.items():
+            for works, block in groups.items():
                 draw_block(axes, function, block, columns, tops[works], works)
         draw_words(figure, headline(shares, columns), columns)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -156,8 +156,8 @@ def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     sentences, means = [], mean_shares(shares, list(columns))
     for name, words in ((USELESS, "useless copies"), (HARMLESS, "harmless copies")):
         if not np.isnan(list(means[name].values())).all():
-            said = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
-            sentences.append(f"Share of {words} that are still called useful: {said}.")
+            means_text = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
+            sentences.append(f"Share of {words} that are still called useful: {means_text}.")
     return sentences
 
 
@@ -256,8 +256,8 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
         for axes in panels[len(kinds) :]:
             axes.set_axis_off()
         handles, labels = panels[0].get_legend_handles_labels()
-        own = {"title": KEY, "title_fontsize": 8, "loc": "outside lower center", "ncols": len(LINES)}
-        figure.legend(handles, labels, frameon=False, **own)
+        key = {"title": KEY, "title_fontsize": 8, "loc": "outside lower center", "ncols": len(LINES)}
+        figure.legend(handles, labels, frameon=False, **key)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=DOTS, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
     return path

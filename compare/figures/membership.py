@@ -102,18 +102,18 @@ def draw_panel(axes: Axes, data: EvaluatedData, groups: list[Group], column: int
 
 
 def marked(
-    members: np.ndarray, also: np.ndarray, said: np.ndarray, style: dict[str, Any]
+    members: np.ndarray, also: np.ndarray, predicted: np.ndarray, style: dict[str, Any]
 ) -> list[tuple[np.ndarray, dict[str, Any]]]:
     """Return which objects (G,) get which marks: right or wrong shows without colour."""
     size = style["markersize"]
-    own = {"marker": style["marker"], "color": style["color"], "markersize": size, "markeredgewidth": 0.7}
+    marker = {"marker": style["marker"], "color": style["color"], "markersize": size, "markeredgewidth": 0.7}
     wrong = {"color": INK, "markeredgewidth": 0.9}
     return [
-        (~members & ~said, {"marker": ".", "color": GREY, "markersize": 0.8 * size, "markeredgewidth": 0}),
-        (members & said, own),
-        (members & ~said, own | {"markerfacecolor": "white"}),
-        (~members & said & ~also, wrong | {"marker": "x", "markersize": 1.2 * size}),
-        (~members & said & also, wrong | {"marker": "+", "markersize": 1.5 * size}),
+        (~members & ~predicted, {"marker": ".", "color": GREY, "markersize": 0.8 * size, "markeredgewidth": 0}),
+        (members & predicted, marker),
+        (members & ~predicted, marker | {"markerfacecolor": "white"}),
+        (~members & predicted & ~also, wrong | {"marker": "x", "markersize": 1.2 * size}),
+        (~members & predicted & also, wrong | {"marker": "+", "markersize": 1.5 * size}),
     ]
 
 

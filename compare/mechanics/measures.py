@@ -129,8 +129,8 @@ def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequenc
     if len(outcomes) == 1:
         words = f"{slow.measure} {slow.value:.2f} of {slow.asked}, {format_duration(slow.seconds)} each"
         beside_none = f"{slow.backend} was compared with no other backend"
-        said = f"only {slow.backend} can do it, {', '.join(unable)} cannot" if unable else beside_none
-        return f"{task}: {said} ({words})."
+        sentence = f"only {slow.backend} can do it, {', '.join(unable)} cannot" if unable else beside_none
+        return f"{task}: {sentence} ({words})."
     better, chance = beside(quick, slow)
     verdict = "level with" if chance > CHANCE else "better than" if better else "worse than"
     buys = "gains nothing measurable" if chance > CHANCE else "buys that" if better else "costs that"
@@ -162,14 +162,14 @@ def sentences(mechanics: TaskReports) -> dict[str, str]:
 def task_reports(mechanics: TaskReports) -> dict[str, dict[str, Any]]:
     """Return what was measured of each task, ready for JSON, with its sentence."""
     scores = {task: getattr(mechanics, task) for task in TASKS}
-    said, same = sentences(mechanics), mechanics.agreement
+    sentence_of, same = sentences(mechanics), mechanics.agreement
     reports = {}
     for task, unable in mechanics.unable.items():
         rows = [asdict(one) for one in mechanics.outcomes(task)]
         more = {name: asdict(one) for name, one in scores[task].items()}
         for one in more.values():
             one.pop("answers", None)  # the single places of what stands
-        reports[task] = {"says": said[task], "rows": rows, "unable": list(unable), "backends": more}
+        reports[task] = {"says": sentence_of[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:
         reports["standing"]["agreement"] = same and asdict(same)
     return reports

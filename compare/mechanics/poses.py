@@ -65,9 +65,9 @@ def score_poses(
     chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
     answers: dict[str, dict[str, float]] = {}
     for function in classifier.functions_:
-        own = [item for item in chosen if main_function(item, classifier.functions_) == function]
+        of_function = [item for item in chosen if main_function(item, classifier.functions_) == function]
         more = (f"posing by {simulator.name}", loading, function, classifier)
-        for item, answer, _ in asked(posed, own, simulator, *more):
+        for item, answer, _ in asked(posed, of_function, simulator, *more):
             answers[item.path.name] = answer
     found = list(answers.values())
     if not found:

@@ -171,8 +171,12 @@ def score_standing(
     chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)
     answers, seconds = {}, []
     for function in FUNCTIONS:
-        own = [item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function]
-        for item, found, taken in asked(stood, own, simulator, f"standing by {simulator.name}", loading, function):
+        of_function = [
+            item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function
+        ]
+        for item, found, taken in asked(
+            stood, of_function, simulator, f"standing by {simulator.name}", loading, function
+        ):
             answers |= {f"{item.path.name} {one.kind}": one for one in found}
             seconds.append(taken / len(found))
     if not answers:

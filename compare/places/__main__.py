@@ -169,8 +169,10 @@ def main():
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
     """Return the files of one label, each so-and-so-many-th."""
     objects, category = open_dataset(str(options.folder)).objects, options.category
-    asked = [one.path for one in objects if (label in one.functions if category is None else one.category == category)]
-    return asked[:: options.every]
+    paths = [
+        item.path for item in objects if (label in item.functions if category is None else item.category == category)
+    ]
+    return paths[:: options.every]
 
 
 def put(options: argparse.Namespace) -> dict[str, object]:

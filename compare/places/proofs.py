@@ -62,8 +62,8 @@ def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Map
     started = time.perf_counter()
     places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
     found = time.perf_counter()
-    asked = places if kind == "sit" else places[:1]
-    after = proven(cloud, asked, make_simulator("bullet"), ProofSettings())
+    tested = places if kind == "sit" else places[:1]
+    after = proven(cloud, tested, make_simulator("bullet"), ProofSettings())
     best = [place.proven.holds for place in after if place.position is places[0].position]
     return TriedPlaces(
         name=item.path.name,
@@ -183,9 +183,9 @@ def share(which: Sequence[bool]) -> float | None:
     return round(float(np.mean(which)), 3) if len(which) else None
 
 
-def quality(rows: Sequence[TriedPlaces], said: Sequence[bool]) -> dict[str, float]:
+def quality(rows: Sequence[TriedPlaces], predicted: Sequence[bool]) -> dict[str, float]:
     """Return precision, recall and F-measure of what is said to have the function."""
-    found = validation.quality(np.array([one.true for one in rows], bool), np.array(said, bool))
+    found = validation.quality(np.array([one.true for one in rows], bool), np.array(predicted, bool))
     return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
 
 
@@ -201,7 +201,7 @@ def bought(rows: Sequence[TriedPlaces]) -> dict[str, object]:
     placed = [yes and one.places > 0 for one, yes in zip(rows, called, strict=True)]
     held = [yes and one.best for one, yes in zip(rows, placed, strict=True)]
     claims = [one for one, yes in zip(rows, placed, strict=True) if yes]
-    asked = [one for one in rows if one.score >= NO_SEAT and one.places]
+    tested = [one for one in rows if one.score >= NO_SEAT and one.places]
     return {
         "spheres": quality(rows, called),
         "and a place": quality(rows, placed) | {"seconds": mean(one.finding for one in rows)},
@@ -209,11 +209,11 @@ def bought(rows: Sequence[TriedPlaces]) -> dict[str, object]:
         "false claims, whether they held": {one.name: one.best for one in claims if not one.true},
         "true claims": sum(one.true for one in claims),
         "true claims lost": [one.name for one in claims if one.true and not one.best],
-        "less sure, false": {one.name: one.best for one in asked if one.score <= CLAIMED and not one.true},
-        "shares": shares(asked),
+        "less sure, false": {one.name: one.best for one in tested if one.score <= CLAIMED and not one.true},
+        "shares": shares(tested),
         "shares without a source": {
-            group: shares([one for one in asked if one.group != group])
-            for group in sorted({row.group for row in asked})
+            group: shares([one for one in tested if one.group != group])
+            for group in sorted({row.group for row in tested})
         },
     }
 

@@ -115,8 +115,8 @@ def laid(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> C
         poses = [pose for place in put_on(table, objects[name]) for pose in place.poses]
         if not poses:
             return None
-        pose, own = poses[rng.integers(len(poses))], objects[name].mesh
-        parts.append((own.vertices @ pose[:3, :3].T + pose[:3, 3], own.faces))
+        pose, mesh = poses[rng.integers(len(poses))], objects[name].mesh
+        parts.append((mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces))
     return cloud_from_mesh(*joined_meshes(parts), f"laid {table.name}")
 
 
@@ -141,10 +141,10 @@ def summary(rows: Sequence[dict[str, StayCounts | None]]) -> dict[str, dict[str,
     results = {}
     for name in rows[0] if rows else ():
         got = [row[name] for row in rows if row[name] is not None]
-        asked = sum(one.asked for one in got)
+        tested = sum(one.asked for one in got)
         results[name] = {
-            "poses": asked,
-            "stayed": round(sum(one.stayed for one in got) / max(1, asked), 4),
+            "poses": tested,
+            "stayed": round(sum(one.stayed for one in got) / max(1, tested), 4),
             "touched": sum(one.touched for one in got),
             "without": sum(row[name] is None for row in rows),
         }

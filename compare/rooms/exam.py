@@ -216,12 +216,12 @@ def draw_panel(axes: Axes, rows: Sequence[Row], across: str, label: str):
     """Draw each curve over one of the columns."""
     places = {value: place for place, value in enumerate(dict.fromkeys(row[across] for row in rows))}
     for index, name in enumerate(dict.fromkeys(row["curve"] for row in rows)):
-        own = [row for row in rows if row["curve"] == name]
+        curve = [row for row in rows if row["curve"] == name]
         style = look(index) | ({"color": GREY} if name == "objects found" else {})
-        x = [places[row[across]] for row in own]
-        axes.plot(x, [row["value"] for row in own], **style, markersize=4, label=name)
-        if own[0]["whole"] is not None:
-            axes.plot(x, [row["whole"] for row in own], color=style["color"], linewidth=0.5)
+        x = [places[row[across]] for row in curve]
+        axes.plot(x, [row["value"] for row in curve], **style, markersize=4, label=name)
+        if curve[0]["whole"] is not None:
+            axes.plot(x, [row["whole"] for row in curve], color=style["color"], linewidth=0.5)
     axes.plot([], [], color=GREY, linewidth=0.5, label="as whole models")
     axes.set_xticks(list(places.values()), [value if across == "views" else f"{value:g}" for value in places])
     axes.set_xlabel(label)

@@ -118,11 +118,11 @@ def proposal_example(
     name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, visible: float
 ) -> TrainingExample:
     """Return the training example of a proposal, labelled by the object that it overlaps most, if any."""
-    own = {"name": name, "record": record, "beside": example.surroundings}
+    common = {"name": name, "record": record, "beside": example.surroundings}
     if item is None:
-        return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **own)
+        return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **common)
     return TrainingExample(
-        source=source_object(item), functions=item.functions, overlap=example.overlap, visible=visible, **own
+        source=source_object(item), functions=item.functions, overlap=example.overlap, visible=visible, **common
     )
 
 

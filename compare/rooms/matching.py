@@ -59,7 +59,7 @@ def rounded(value: float | None, places: int = 4) -> float | None:
     return None if value is None else round(value, places)
 
 
-def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) -> dict[int, int | None]:
+def match_parts(truth: np.ndarray, part_of: np.ndarray, objects_that_count: Iterable[int]) -> dict[int, int | None]:
     """Return for each part that a scan fell into the true object that it is, None if it is none.
 
     Parameters
@@ -68,30 +68,30 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) ->
         Each point's object from 0, or below 0 for none.
     part_of : (N,) int
         Each point's part from 0, or below 0 for none.
-    asked : iterable of int
+    objects_that_count : iterable of int
         The objects that count; points of all others are left out, and parts that mostly hold such points as well.
     """
-    asked = set(asked)
+    objects_that_count = set(objects_that_count)
     counts = truth < 0
-    counts |= np.isin(truth, sorted(asked))
+    counts |= np.isin(truth, sorted(objects_that_count))
     objects = dict(zip(*np.unique(truth[counts & (truth >= 0)], return_counts=True), strict=True))
     matches: dict[int, int | None] = {}
     for part in np.unique(part_of[part_of >= 0]).tolist():
         inside = part_of == part
-        own = truth[inside & counts]
-        if 2 * len(own) <= inside.sum():
+        labels = truth[inside & counts]
+        if 2 * len(labels) <= inside.sum():
             continue
-        numbers, shared = np.unique(own[own >= 0], return_counts=True)
+        numbers, shared = np.unique(labels[labels >= 0], return_counts=True)
         pairs = zip(numbers.tolist(), shared, strict=True)
-        best = {number: both / (len(own) + objects[number] - both) for number, both in pairs}
+        best = {number: both / (len(labels) + objects[number] - both) for number, both in pairs}
         matches[part] = next((number for number, iou in best.items() if iou > IOU), None)
     return matches
 
 
-def segmentation_counts(matches: Matches, asked: Sequence[int]) -> MatchCounts:
+def segmentation_counts(matches: Matches, numbers: Sequence[int]) -> MatchCounts:
     """Return how many objects were found, parts that are no object, and objects that no part is."""
     hits = sum(number is not None for number in matches.values())
-    return MatchCounts(hits, len(matches) - hits, len(asked) - hits)
+    return MatchCounts(hits, len(matches) - hits, len(numbers) - hits)
 
 
 def function_counts(matches: Matches, given: Functions, labels: Functions, name: str) -> MatchCounts:
@@ -181,8 +181,10 @@ def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedOb
     """
     verdicts, left = [], list(truth)
     for claim in inferred:
-        own = [true for true in left if claim.functions <= true.functions | true.disputed and lies_in(true, claim.box)]
-        nearest = min(own, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
+        fitting = [
+            true for true in left if claim.functions <= true.functions | true.disputed and lies_in(true, claim.box)
+        ]
+        nearest = min(fitting, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
         left = [true for true in left if true is not nearest]
         verdicts += [MatchResult(function=name, true=nearest, claim=claim) for name in claim.functions]
     return verdicts

@@ -157,7 +157,7 @@ def known_row(verdicts: Verdicts) -> Row:
         return [verdict.true.name for verdict in verdicts if verdict.outcome == outcome]
 
     return {
-        "functions": {name: score_row(own) for name, own in scores_by_function(verdicts).items()},
+        "functions": {name: score_row(of_function) for name, of_function in scores_by_function(verdicts).items()},
         "found": named("found"),
         "missed": named("missed"),
         "wrong": [verdict.function for verdict in verdicts if verdict.outcome == "false"],
@@ -196,9 +196,9 @@ def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
         claims = f"{len(row['functional'])} claims, no truth" if row["functional"] else "-"
         return ["-" for _ in names] + [claims, "-", "-"]
     empty = score_row(Score())
-    own = [known.get(name, empty) for name in names]
+    scores = [known.get(name, empty) for name in names]
     sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
-    shares = [plain(score["found"], score["seen"]) for score in own]
+    shares = [plain(score["found"], score["seen"]) for score in scores]
     claims, backs = plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])
     return [*shares, claims, backs, str(sums["disputed"] or "-")]
 

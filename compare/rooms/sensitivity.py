@@ -104,14 +104,14 @@ def row_of(
 
 def print_list():
     """Print every number: what it is called, what it is, its unit, and what it stands for."""
-    for stage, own in settings.STAGES.items():
-        show(f"{stage}: {type(own).__doc__}")
-        for one in fields(own):
+    for stage, settings_of_stage in settings.STAGES.items():
+        show(f"{stage}: {type(settings_of_stage).__doc__}")
+        for one in fields(settings_of_stage):
             value = one.default if isinstance(one.default, tuple) else f"{one.default:g}"
             words = " ".join(filter(None, [f"{one.name} = {value}", one.metadata["unit"]]))
             show(f"    {words}: {one.metadata['meaning']}")
     single = sum(len(numbers_of(stage)) for stage in settings.STAGES)
-    rows = sum(len(fields(own)) for own in settings.STAGES.values()) - single
+    rows = sum(len(fields(settings_of_stage)) for settings_of_stage in settings.STAGES.values()) - single
     show(f"{single} hand-set numbers, and {rows} pairs and rows of numbers")
 
 

@@ -152,7 +152,7 @@ def run_trial(
 
     rooms = list(furnished_rooms(folds, trial, failed))
     for fold in folds:
-        fold.ask_of_models(placed.item for room, own in rooms if own is fold for placed in room.objects)
+        fold.ask_of_models(placed.item for room, room_fold in rooms if room_fold is fold for placed in room.objects)
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
     total = dict.fromkeys(trial.conditions, ConditionCounts())
     for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):

@@ -177,12 +177,12 @@ def inferred_in(scan: Scan, room: Room) -> list[RecognisedObject]:
 
 def as_recognised(item: SceneObject, scan: Scan, room: Room) -> RecognisedObject:
     """Return one object with its points of the scan; where the scan is tilted, with their box."""
-    own = room.labels == item.id
-    tilted = room.levelling.up[2] < _LEVEL and own.any()
+    inside = room.labels == item.id
+    tilted = room.levelling.up[2] < _LEVEL and inside.any()
     return RecognisedObject(
         functions=item.members,
-        box=aligned_box(scan.points[own]) if tilted else room.box_in_scan(item.box),
-        points=own,
+        box=aligned_box(scan.points[inside]) if tilted else room.box_in_scan(item.box),
+        points=inside,
     )
 
 

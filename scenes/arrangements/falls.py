@@ -212,25 +212,25 @@ class NeighbouringObjects:
         settings : DropSettings
             ``max_drops`` is how many fall over the box; without it as many as the paper's rule takes.
         """
-        asked, run = self.objects[self.number], settings
+        target, run = self.objects[self.number], settings
         if settings.max_drops is not None:
-            share = asked.own.size[:2].prod() / max(self.union.size[:2].prod(), 1e-12)
+            share = target.own.size[:2].prod() / max(self.union.size[:2].prod(), 1e-12)
             most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
             run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
         _, falls = falls_on(list(self.present.values()), self.union, simulator, run, seed)
         numbers = np.array([*self.present, NO_OWNER])  # of all objects; the last stands for nobody
         falls = replace(falls, owners=numbers[falls.owners])
-        over = np.flatnonzero(asked.over(falls.columns))[: settings.max_drops]
+        over = np.flatnonzero(target.over(falls.columns))[: settings.max_drops]
         return within_boxes(falls.kept(over), self.objects)
 
 
 def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> NeighbouringObjects:
     """Return one of some objects with what stands around it, for spheres of a radius in metres."""
-    asked = objects[number]
-    low, high = asked.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
-    parts = {k: asked.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
+    target = objects[number]
+    low, high = target.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
+    parts = {k: target.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
     present = {k: cloud for k, cloud in parts.items() if cloud is not None}
-    return NeighbouringObjects(objects, number, present, united(list(present.values()), asked.name))
+    return NeighbouringObjects(objects, number, present, united(list(present.values()), target.name))
 
 
 def falls_on(

@@ -52,21 +52,21 @@ def level_of(
         At least so many fall over its box; the error of areas falls with the root of their number.
     """
     objects, _ = along_heading(objects, number)
-    asked = objects[number]
-    fitting = float(np.clip(asked.own.size.max() / (ACROSS * FINER), *LIMITS))
+    target = objects[number]
+    fitting = float(np.clip(target.own.size.max() / (ACROSS * FINER), *LIMITS))
     length = fitting if radius is None else radius
-    layer = layer_of(asked.own.size, length)
+    layer = layer_of(target.own.size, length)
     rounds = range(seed, seed + math.ceil(drops / layer))
     settings = DropSettings(radius=length, max_drops=layer)
     alone, together = (
         joined([around.drop(simulator, settings, one) for one in rounds])
-        for around in (surroundings([asked], 0, length), surroundings(objects, number, length))
+        for around in (surroundings([target], 0, length), surroundings(objects, number, length))
     )
     held = alone.centers[alone.by(0)]
     if not len(held):
         return None
     height = fullest_height(alone.bases[alone.by(0)], length)
-    area = float(asked.own.size[:2].prod())
+    area = float(target.own.size[:2].prod())
     over = outline_of(held[on_level(alone, 0, height)[alone.by(0)], :2], length).inside(together.columns) >= 0
     others = [k for k in range(len(objects)) if k != number]
     return ArrangedLevel(

@@ -133,9 +133,9 @@ def along_heading(objects: Sequence[ArrangedObject], number: int) -> tuple[list[
     Spheres fall on the narrowest rectangle around that object then, as they do on it alone (`preparation.headed`). Its
     own frame is turned by the angle, radians.
     """
-    asked = objects[number]
-    own, angle = headed(asked.own)
-    whole = angle - math.radians(asked.placement.heading_deg)
+    target = objects[number]
+    own, angle = headed(target.own)
+    whole = angle - math.radians(target.placement.heading_deg)
     around = [item.turned(whole) if whole else item for item in objects]
     around[number] = replace(around[number], own=own, placement=replace(around[number].placement, heading_deg=0.0))
     return around, angle

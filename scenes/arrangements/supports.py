@@ -94,9 +94,9 @@ def is_above(one: WorldSurface, other: WorldSurface) -> bool:
     If neither is, as of boxes of one size, its middle is higher.
     """
     least = max(SUNK, touching(one, other))
-    own, others = (gaps_over(*pair)[1] for pair in ((one, other), (other, one)))
+    gaps, others = (gaps_over(*pair)[1] for pair in ((one, other), (other, one)))
     for reach in NEAR:
-        counts = [int(((part > least) & (part < least + reach)).sum()) for part in (own, others)]
+        counts = [int(((part > least) & (part < least + reach)).sum()) for part in (gaps, others)]
         if max(counts) > CLEARLY * min(counts):
             return counts[0] > counts[1]
     return one.height > other.height
@@ -108,11 +108,11 @@ def gaps_over(upper: WorldSurface, lower: WorldSurface) -> tuple[np.ndarray, np.
     What is sunk in less than a touch is above, too.
     """
     sunk = max(SUNK, SAMPLED * upper.grain, SAMPLED * lower.grain)
-    own, others = upper.over(lower), lower.over(upper)
-    down = lower.below(own + [0, 0, sunk]) - sunk
-    up = upper.above(others - [0, 0, sunk]) - sunk
-    met = others + np.column_stack([np.zeros((len(up), 2)), np.where(np.isfinite(up), up, 0)])
-    places, gaps = np.concatenate([own, met]), np.concatenate([down, up])
+    upper_points, lower_points = upper.over(lower), lower.over(upper)
+    down = lower.below(upper_points + [0, 0, sunk]) - sunk
+    up = upper.above(lower_points - [0, 0, sunk]) - sunk
+    met = lower_points + np.column_stack([np.zeros((len(up), 2)), np.where(np.isfinite(up), up, 0)])
+    places, gaps = np.concatenate([upper_points, met]), np.concatenate([down, up])
     return places[np.isfinite(gaps)], gaps[np.isfinite(gaps)]
 
 

@@ -56,8 +56,8 @@ def drops_for(
     objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float, seed: int, run_limit: RunLimit
 ) -> Drops:
     """Return the drops of one radius in the object's own frame; what another object carries did not settle."""
-    own = objects[number].own
-    if too_fine(radius, own, run_limit) or radius > own.size.max():
+    local = objects[number].own
+    if too_fine(radius, local, run_limit) or radius > local.size.max():
         return no_drops(radius, run_limit)
     falls = surroundings(objects, number, radius).drop(simulator, drop_settings(simulator, radius, run_limit), seed)
     if run_limit.drops is None:
@@ -67,14 +67,14 @@ def drops_for(
 
 def own_drops(falls: ArrangedDrops, objects: Sequence[ArrangedObject], number: int) -> Drops:
     """Return all drops over an object in its own frame."""
-    asked, kept = objects[number], falls.by(number)
-    around = np.concatenate([asked.to_own(item.cloud.thinned(DENSE * falls.radius)) for item in objects])
+    target, rows = objects[number], falls.by(number)
+    around = np.concatenate([target.to_own(item.cloud.thinned(DENSE * falls.radius)) for item in objects])
     begun = np.column_stack([falls.columns, np.zeros(len(falls.columns))])
-    settled = settled_in_column(asked.to_own(falls.centers[kept]), around, falls.radius)
+    settled = settled_in_column(target.to_own(falls.centers[rows]), around, falls.radius)
     return replace(
         settled,
-        places=asked.to_own(begun)[:, :2].astype(np.float32),
-        outcomes=np.where(kept, np.int8(Outcome.SETTLED), np.int8(NOT_SETTLED)),
+        places=target.to_own(begun)[:, :2].astype(np.float32),
+        outcomes=np.where(rows, np.int8(Outcome.SETTLED), np.int8(NOT_SETTLED)),
         rests=settled.rests.astype(np.float32),
         walled_in=settled.walled_in.astype(np.float32),
     )

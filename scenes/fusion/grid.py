@@ -147,8 +147,8 @@ class DistanceGrid:
 
         side = BLOCK * self.settings.voxel_size
         around = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])
-        own = np.unique(np.floor(points / side).astype(np.int32), axis=0)
-        keys = np.unique((own[:, None] + around).reshape(-1, 3), axis=0).astype(np.int32)
+        cells = np.unique(np.floor(points / side).astype(np.int32), axis=0)
+        keys = np.unique((cells[:, None] + around).reshape(-1, 3), axis=0).astype(np.int32)
         voxels, places = self.voxels(o3d.core.Tensor(keys))
         near = np.isfinite(cKDTree(points).query(voxels, distance_upper_bound=AROUND)[0])
         voxels, places = voxels[near], places[near]

@@ -150,9 +150,9 @@ class SceneFusion:
         watch.lap("extraction")
         scan = scan_from_points(points, "fused")
         room = recognised_upright(scan, self)
-        own = [room.levelling.to_scan(item.points) for item in room.objects]
+        clouds = [room.levelling.to_scan(item.points) for item in room.objects]
         watch.lap("recognition")
-        ids = self.tracker.update(room.objects, own, self.views, new)
+        ids = self.tracker.update(room.objects, clouds, self.views, new)
         watch.lap("tracking")
         self.room, self.scan, self.updated = room, scan, len(self.views)
         self.stages |= watch.seconds

@@ -73,8 +73,8 @@ class Tracker:
         views, new : sequence of View
             All of the map, and those since the last update.
         """
-        found = [KnownObject(id=-1, points=thinned(own), functions=item.members)
-                 for item, own in zip(objects, points, strict=True)]  # fmt: skip
+        found = [KnownObject(id=-1, points=thinned(cloud_points), functions=item.members)
+                 for item, cloud_points in zip(objects, points, strict=True)]  # fmt: skip
         staying = [place for place, one in enumerate(self.known) if not one.gone]
         shared = table(found, self.known, staying, shared_volume)
         matches = {i: staying[k] for i, k in assigned(shared, SAME)}

@@ -76,8 +76,8 @@ def impair_dataset(
     InputError
         If no object has a function that can be impaired, or the directory cannot be written.
     """
-    asked = {function for impairment in impairments for function in impairment.functions}
-    numbered = [(number, item) for number, item in enumerate(dataset.objects) if kind_of(item) in asked]
+    functions = {function for impairment in impairments for function in impairment.functions}
+    numbered = [(number, item) for number, item in enumerate(dataset.objects) if kind_of(item) in functions]
     if not any(function_of(item) for _, item in numbered):
         raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
     prepare_folder(directory)

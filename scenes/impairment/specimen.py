@@ -99,11 +99,11 @@ def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Calla
         @wraps(change)
         def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> ObjectSurface | None:
             """Return what the change makes of the part, None where there is no such part."""
-            own = getattr(specimen, part)
-            if own is None or (triangles and specimen.surface.is_cloud):
+            value = getattr(specimen, part)
+            if value is None or (triangles and specimen.surface.is_cloud):
                 return None
-            changed = change(specimen, own, rng, **options)
-            return None if changed is None or (useless and own.is_left_in(changed)) else changed
+            changed = change(specimen, value, rng, **options)
+            return None if changed is None or (useless and value.is_left_in(changed)) else changed
 
         return applied
 

@@ -66,11 +66,11 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
     if not len(squares):
         return []
     surface_of = euclidean_clusters(np.column_stack([squares * SCAN.cell, np.zeros(len(squares))]), POOL.apart)
-    own = surface_under(feet, squares, surface_of)
+    support = surface_under(feet, squares, surface_of)
     return [
-        Pool(centers=centers[own == k], squares=squares[members], heights=heights[members])
+        Pool(centers=centers[support == k], squares=squares[members], heights=heights[members])
         for k, members in enumerate(members_of(surface_of))
-        if np.count_nonzero(own == k) >= POOL.min_rests and len(members) * SCAN.cell**2 >= POOL.seen_area
+        if np.count_nonzero(support == k) >= POOL.min_rests and len(members) * SCAN.cell**2 >= POOL.seen_area
     ]
 
 
@@ -124,14 +124,14 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
 
     corner = pool.squares.min(axis=0) - 1
     mask = np.zeros(pool.squares.max(axis=0) - corner + 2, bool)
-    own = tuple((pool.squares - corner).T)
-    mask[own] = True
+    squares = tuple((pool.squares - corner).T)
+    mask[squares] = True
     broad = distance_transform_edt(binary_fill_holes(mask)) * SCAN.cell > POOL.neck / 2
     parts, count = label(broad)
     if count < 2:
         return []
     nearest = distance_transform_edt(~broad, return_distances=False, return_indices=True)
-    part_of = parts[tuple(nearest)][own]
+    part_of = parts[tuple(nearest)][squares]
     large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * SCAN.cell**2 >= POOL.part_area]
     if len(large) < 2:
         return []

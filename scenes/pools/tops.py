@@ -33,8 +33,8 @@ class Top:
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
     near = footprint_of(pool).grown(POOL.slab).holds(points)
-    own = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
-    top = top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
+    on_top = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
+    top = top_at(points, np.flatnonzero(near), fitted_height(points[on_top], pool.height))
     return replace(top, is_table=pool.is_table)
 
 
@@ -69,11 +69,11 @@ def objects_on(top: Top) -> list[np.ndarray]:
         return []
     fine = cells(top.points, POOL.spacing)
     found = members_of(euclidean_clusters(fine.means, SEGMENTATION.cluster_tolerance)[fine.cell_of])
-    sizes = [np.ptp(top.points[own], axis=0) for own in found]
+    sizes = [np.ptp(top.points[rows], axis=0) for rows in found]
     return [
-        top.indices[own]
-        for own, size in zip(found, sizes, strict=True)
-        if len(own) >= POOL.min_points and size[2] > SCAN.cell and size.max() < SEGMENTATION.large
+        top.indices[rows]
+        for rows, size in zip(found, sizes, strict=True)
+        if len(rows) >= POOL.min_points and size[2] > SCAN.cell and size.max() < SEGMENTATION.large
     ]
 
 
@@ -96,10 +96,10 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
     rise = points[:, 2] - points[:, :2] @ plane[:2] - plane[2]
     if np.median(np.abs(rise[near])) > SCAN.cell / 2:  # as a cushion's
         return points
-    own = near & (np.abs(rise) < SCAN.cell)
+    on_plane = near & (np.abs(rise) < SCAN.cell)
     even = points.copy()
-    even[own, 2] = pool.height
-    return np.vstack([even, bare_places(ground, points[own], pool.height)])
+    even[on_plane, 2] = pool.height
+    return np.vstack([even, bare_places(ground, points[on_plane], pool.height)])
 
 
 def bare_places(ground: GroundSquares, points: np.ndarray, height: float) -> np.ndarray:

@@ -211,10 +211,10 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
 def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
-    own = box.to_own(points)
-    seen, added = NearPoints(own, SCAN.cell / 2), [np.empty((0, 3))]
+    local = box.to_own(points)
+    seen, added = NearPoints(local, SCAN.cell / 2), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
-        apart = ~seen.to(own * sign)
+        apart = ~seen.to(local * sign)
         if apart.mean() <= RECOGNITION.disagrees:
-            added.append((own * sign)[apart])
+            added.append((local * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

@@ -61,11 +61,11 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
         if len(seen) < POOL.min_points:
             continue
         number, shared = best_object(truth[seen], sizes)
-        own = dense[proposal.members]
-        cloud, box = object_cloud(own, DEFAULT, proposal.support, proposal.pool)
-        if not is_fragment(own, box, proposal.support):
+        points_of = dense[proposal.members]
+        cloud, box = object_cloud(points_of, DEFAULT, proposal.support, proposal.pool)
+        if not is_fragment(points_of, box, proposal.support):
             nearest = number if shared > 0 else -1
-            surroundings = place.of(own, box.size, proposal.support)
+            surroundings = place.of(points_of, box.size, proposal.support)
             yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by, surroundings=surroundings)
 
 

@@ -52,7 +52,7 @@ def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
         return []
     voxels = cells(points[around], SCAN.cell).means
     members = members_of(euclidean_clusters(voxels, 2 * SCAN.cell))
-    boxes = [bounding_box(voxels[own]) for own in members if len(own) > 10]
+    boxes = [bounding_box(voxels[rows]) for rows in members if len(rows) > 10]
     return [box for box in boxes if is_back(box, top)]
 
 

@@ -97,9 +97,9 @@ def judged(
 
 def part_of(points: np.ndarray, proposal: Proposal) -> ScanPart:
     """Return a proposal with its own of a scene's points (N, 3), and their box."""
-    own = points[proposal.members]
-    box = proposal.box or bounding_box(own)
-    return ScanPart(replace(proposal, box=box), own, box)
+    members = points[proposal.members]
+    box = proposal.box or bounding_box(members)
+    return ScanPart(replace(proposal, box=box), members, box)
 
 
 def classify_parts(
@@ -127,11 +127,13 @@ def classify_dropped(
         predictions = context.model.memberships_of(settled, any_heading=True)
     else:
         around = context.surroundings.of
-        beside = [around(one.points, one.box.size, one.proposal.support) for one in parts]
-        predictions = context.model.scene_memberships(settled, np.array(beside))
+        surroundings = [around(one.points, one.box.size, one.proposal.support) for one in parts]
+        predictions = context.model.scene_memberships(settled, np.array(surroundings))
     if context.bars is None:
         return predictions
-    return [claiming(own, context.bars[one.proposal.by]) for own, one in zip(predictions, parts, strict=True)]
+    return [
+        claiming(prediction, context.bars[one.proposal.by]) for prediction, one in zip(predictions, parts, strict=True)
+    ]
 
 
 def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
@@ -148,8 +150,8 @@ def object_cloud(
     seen = cells(points, spacing).means if spacing else points
     even = levelled(seen, pool) if pool is not None and TOP in completion else seen
     whole = complete(even, completion, support=support)
-    own = (whole - [*box.center[:2], support]) @ box.axes.T
-    return Cloud(own, "object"), box
+    local = (whole - [*box.center[:2], support]) @ box.axes.T
+    return Cloud(local, "object"), box
 
 
 def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRadius]:

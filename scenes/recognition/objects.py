@@ -228,11 +228,11 @@ def find_places(
         return places_in_scan(anything, put, prove, person, units, up)
     prover = require_ability(make_simulator(backend or PROVER), "prove") if prove else None
     cloud, to_input = cloud_and_frame(anything, units=units, up=up)
-    own, own_frame = (None, None) if put is None else cloud_and_frame(put)
+    put_cloud, own_frame = (None, None) if put is None else cloud_and_frame(put)
     known = scores_of(cloud) if scores is None else scores
-    found = places_of(cloud, put=own, scores=known, person=person)
+    found = places_of(cloud, put=put_cloud, scores=known, person=person)
     if prover is not None:
-        found = proven(cloud, found, prover, settings, own, seed)
+        found = proven(cloud, found, prover, settings, put_cloud, seed)
     moved = [place.moved(to_input) for place in found]
     return moved if own_frame is None else [with_poses_of(place, own_frame) for place in moved]
 
@@ -256,8 +256,8 @@ def places_in_room(
 
     Poses are from the frame in which the object that is put came, in metres.
     """
-    own, frame = (None, None) if put is None else cloud_and_frame(put)
-    found = room_places(scan, room, own, person)
+    put_cloud, frame = (None, None) if put is None else cloud_and_frame(put)
+    found = room_places(scan, room, put_cloud, person)
     if frame is None:
         return found
     return {owner: [with_poses_of(place, frame) for place in places] for owner, places in found.items()}

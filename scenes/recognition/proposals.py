@@ -102,13 +102,13 @@ def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Propo
 
     The few points of a thin back count: an object with its back is another one than its seat.
     """
-    own = corners_of(points[proposal.members])
+    corners = corners_of(points[proposal.members])
     low, high = RECOGNITION.same_points * len(proposal.members), len(proposal.members) / RECOGNITION.same_points
     for k, other in enumerate(others):
         if not low <= len(other.members) <= high:
             continue
         if shared_points(proposal, other) > RECOGNITION.same_points * max(len(proposal.members), len(other.members)):
-            if np.abs(corners_of(points[other.members]) - own).max() < 2 * POOL.slab:
+            if np.abs(corners_of(points[other.members]) - corners).max() < 2 * POOL.slab:
                 return k
     return None
 
@@ -125,28 +125,28 @@ def shared_points(one: Proposal, other: Proposal) -> int:
 def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
     """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
     members = members_of(labels)
-    parts = [points[own] for own in members]
+    parts = [points[rows] for rows in members]
     lows, highs = np.array([corners_of(part) for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
     return [
-        Proposal(by=CLUSTERS, members=own, support=top_below(k, parts, lows, highs)) for k, own in enumerate(members)
+        Proposal(by=CLUSTERS, members=rows, support=top_below(k, parts, lows, highs)) for k, rows in enumerate(members)
     ]
 
 
-def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
+def top_below(number: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
     """Return the height of the level top that an object stands on, 0 for the floor, metres.
 
     What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
 
     Parameters
     ----------
-    own : int
+    number : int
         The object.
     parts : list of (N, 3) float64, metres, level frame
         The points of all objects.
     lows, highs : (K, 3) float64, metres
         Their lowest and highest corners.
     """
-    low, high, best = lows[own], highs[own], 0.0
+    low, high, best = lows[number], highs[number], 0.0
     if low[2] < POOL.slab:
         return best
     reaches = (lows[:, :2] <= low[:2] + POOL.slab) & (highs[:, :2] >= high[:2] - POOL.slab)
@@ -155,7 +155,7 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
         other = parts[k]
         under = other[(other[:, 2] < low[2] + SCAN.cell) & (other[:, 2] > low[2] - POOL.slab)]
         under = under[((under[:, :2] > low[:2] - POOL.slab) & (under[:, :2] < high[:2] + POOL.slab)).all(axis=1)]
-        if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
+        if k != number and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
             best = max(best, float(np.median(under[:, 2])))
     return best
 
@@ -166,8 +166,8 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
     thinned = cells(scene.points[solid], SEGMENTATION.leaf_size)
     centers = resting_places(thinned.means, simulator, RECOGNITION.radius, seed=seed)
-    own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
-    voxels = cells(scene.points[own], SEGMENTATION.leaf_size)
+    candidates = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
+    voxels = cells(scene.points[candidates], SEGMENTATION.leaf_size)
     found = level_pools(voxels.means, centers, RECOGNITION.radius)
     pools = [pool for pool in found if POOL.lowest < pool.height < POOL.highest]
     if not cautious:
@@ -175,12 +175,13 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     gap = POOL.cautious_gap if cautious else POOL.back_gap
     cuts = [cut_out(voxels.means, pool, gap)[voxels.cell_of] for pool in pools]
     proposed = [
-        Proposal(by=POOLS, members=own[cut], support=0.0, pool=pool) for cut, pool in zip(cuts, pools, strict=True)
+        Proposal(by=POOLS, members=candidates[cut], support=0.0, pool=pool)
+        for cut, pool in zip(cuts, pools, strict=True)
     ]
-    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= POOL.part_area]
-    tops += [ground_top(scene.points[own])] if scene.on_table else []
+    tops = [top_of_pool(scene.points[candidates], pool) for pool in pools if pool.area >= POOL.part_area]
+    tops += [ground_top(scene.points[candidates])] if scene.on_table else []
     for top in tops:
-        proposed += on_top(scene.points, own, top, simulator, seed)
+        proposed += on_top(scene.points, candidates, top, simulator, seed)
     return [proposal for proposal in proposed if len(proposal.members) >= POOL.min_points]
 
 

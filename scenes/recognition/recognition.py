@@ -67,16 +67,16 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     """
     from scipy.spatial import ConvexHull
 
-    own = points[top.members]
+    members = points[top.members]
     height = RECOGNITION.usual_height if top.height is None else top.height
-    box = bounding_box(own)
-    sheet = sheet_within(ConvexHull(own[:, :2]), *corners_of(own), 0.0)
+    box = bounding_box(members)
+    sheet = sheet_within(ConvexHull(members[:, :2]), *corners_of(members), 0.0)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
     alone = replace(context, completion=(), surroundings=None)
     functions = classify_parts([ScanPart(proposal, sheet, bounding_box(sheet))], alone)[0]
     return SceneObject(
         id=number,
-        points=own,
+        points=members,
         support=-(top.height or 0.0),
         box=box if top.height is None else box.lowered(-top.height),
         fragment=False,
@@ -181,14 +181,14 @@ def recognise_objects(
 
 def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) -> SceneObject:
     """Return an object of a scene's points (N, 3)."""
-    own, support = points[candidate.proposal.members], candidate.proposal.support
-    box = candidate.proposal.box or bounding_box(own)
+    members, support = points[candidate.proposal.members], candidate.proposal.support
+    box = candidate.proposal.box or bounding_box(members)
     return SceneObject(
         id=number,
-        points=own,
+        points=members,
         support=support,
         box=box.lowered(support),
-        fragment=is_fragment(own, box, support),
+        fragment=is_fragment(members, box, support),
         functions=candidate.functions,
         proposed_by=candidate.proposal.by,
     )

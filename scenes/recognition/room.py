@@ -134,10 +134,10 @@ def as_cluster(claim: ObjectCandidate, clusters: Sequence[ObjectCandidate]) -> O
 
 def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> float:
     """Return the share of a cluster's points that no claim holds."""
-    own = cluster.proposal.members
-    held = np.zeros(len(own), bool)
+    members = cluster.proposal.members
+    held = np.zeros(len(members), bool)
     for claim in claims:
-        held |= np.isin(own, claim.proposal.members, assume_unique=True)
+        held |= np.isin(members, claim.proposal.members, assume_unique=True)
     return float(1 - held.mean())
 
 
@@ -146,14 +146,14 @@ def parted(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCand
     order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
     last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
     taken = np.zeros(last + 1, bool)
-    kept = []
+    left = []
     for k in order:
         members = candidates[k].proposal.members
         free = members[~taken[members]]
         taken[free] = True
         if len(free) >= least:
-            kept.append(candidates[k].taking(free))
-    return sorted(kept, key=lambda one: (-len(one.proposal.members), one.place))
+            left.append(candidates[k].taking(free))
+    return sorted(left, key=lambda one: (-len(one.proposal.members), one.place))
 
 
 FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"

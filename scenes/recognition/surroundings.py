@@ -52,7 +52,7 @@ class ScanSurroundings:
     points: np.ndarray  # (N, 3) float64, metres, level frame; floor and walls too
     is_wall: np.ndarray  # (N,) bool
 
-    def of(self, own: np.ndarray, size: np.ndarray, support: float) -> np.ndarray:
+    def of(self, members: np.ndarray, size: np.ndarray, support: float) -> np.ndarray:
         """Return what surrounds some points of the scene (K, 3), by NAMES (S,).
 
         Parameters
@@ -63,7 +63,7 @@ class ScanSurroundings:
             The height that they stand on, metres.
         """
         voxels = self._voxels[next(side for least, side in RECOGNITION.voxels if size.max() >= least)]
-        mine = cells(own, voxels.side)
+        mine = cells(members, voxels.side)
         level = level_of(mine.means, voxels.side)
         low, high = mine.means.min(axis=0), mine.means.max(axis=0)
         others = voxels.around(low, high, mine.keys)

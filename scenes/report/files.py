@@ -101,14 +101,14 @@ def objects_html(room: Room) -> str:
 def bars_text(room: Room) -> str:
     """Return from which score on an object has a function, and that this depends on the function."""
     proposed = {item.proposed_by: item for item in room.objects}
-    said = {
+    texts = {
         by: ", ".join(f"{name} {room.bar(proposed[by], name):.2f}" for name in room.function_names)
         for by in sorted(proposed)
     }
-    if len(set(said.values())) == 1:
-        bars = next(iter(said.values()))
+    if len(set(texts.values())) == 1:
+        bars = next(iter(texts.values()))
     else:
-        bars = "; ".join(f"{bars} of {PROPOSED.get(by, by)}" for by, bars in said.items())
+        bars = "; ".join(f"{bars} of {PROPOSED.get(by, by)}" for by, bars in texts.items())
     text = f"A score counts as yes if it is above the bar of its function, in brackets: {bars}."
     return text if room.bars is None else f"{text} {WHY_LOW}"
 
@@ -209,8 +209,8 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)
     tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
     object_of = np.where(room.labels >= 0, room.labels, len(best))
-    own = point_colours(scan, room, room.levelling.to_level(scan.points))
-    red, green, blue = np.where((function[object_of] > 0)[:, None], tints[object_of], own).astype(np.uint8).T
+    colours = point_colours(scan, room, room.levelling.to_level(scan.points))
+    red, green, blue = np.where((function[object_of] > 0)[:, None], tints[object_of], colours).astype(np.uint8).T
     labels = {"label": room.labels.astype(np.int32), "function": function[object_of]}
     return ply_bytes(scan.points, f"functions {' '.join(names)}", red=red, green=green, blue=blue, **labels)
 

@@ -141,9 +141,9 @@ def pack_keys(points, side, packed):
                 bits[axis] += 1
     for i in range(len(points)):
         x, y, z = np.floor(points[i, 0] / side), np.floor(points[i, 1] / side), np.floor(points[i, 2] / side)
-        own = np.int64(x) + _OFFSET - low[0]
-        own = (own << bits[1]) | (np.int64(y) + _OFFSET - low[1])
-        packed[i] = (own << bits[2]) | (np.int64(z) + _OFFSET - low[2])
+        key = np.int64(x) + _OFFSET - low[0]
+        key = (key << bits[1]) | (np.int64(y) + _OFFSET - low[1])
+        packed[i] = (key << bits[2]) | (np.int64(z) + _OFFSET - low[2])
     return low, bits
 
 
@@ -221,11 +221,13 @@ class NearPoints:
 
     def to(self, places: np.ndarray) -> np.ndarray:
         """Return which places (M, 3) have one of the points nearer than the reach, (M,) bool."""
-        own = cells(places, self.reach)
+        query_cells = cells(places, self.reach)
         near = np.zeros(len(places), np.bool_)
-        look_around(places[own.order], own.keys, own.start, *self._sorted, self.reach * self.reach, near)
+        look_around(
+            places[query_cells.order], query_cells.keys, query_cells.start, *self._sorted, self.reach * self.reach, near
+        )
         out = np.empty(len(places), bool)
-        out[own.order] = near
+        out[query_cells.order] = near
         return out
 
 

@@ -200,27 +200,27 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
         return points
     alone, tree = ~crowded(places, SCAN.sparse * side), cKDTree(places)
     nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=SCAN.widest_gap)
-    own, beside = np.flatnonzero(alone), nearest(places[alone])[1]
+    lone, nearest_other = np.flatnonzero(alone), nearest(places[alone])[1]
     is_other = np.zeros(len(places) + 1, bool)  # the last one is that of no neighbour
-    is_other[beside] = True
+    is_other[nearest_other] = True
     others = np.flatnonzero(is_other[:-1] & ~alone)
-    asked, neighbors = np.append(own, others), np.vstack([beside, nearest(places[others])[1]])
-    return np.vstack([points, between(places, mutual_pairs(asked, neighbors, alone), side)])
+    queries, neighbors = np.append(lone, others), np.vstack([nearest_other, nearest(places[others])[1]])
+    return np.vstack([points, between(places, mutual_pairs(queries, neighbors, alone), side)])
 
 
-def mutual_pairs(asked: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) -> np.ndarray:
+def mutual_pairs(queries: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) -> np.ndarray:
     """Return the pairs (P, 2) of points that are each other's neighbours, at least one of which stands alone.
 
     Parameters
     ----------
-    asked : (A,) int64
+    queries : (A,) int64
         Of N points those that stand alone, and their neighbours.
     neighbors : (A, K + 1) int64
         Of each of these and its neighbours, itself first; N where there are no more.
     alone : (N,) bool
     """
     count = len(alone)
-    first = np.repeat(asked, neighbors.shape[1] - 1)
+    first = np.repeat(queries, neighbors.shape[1] - 1)
     second = neighbors[:, 1:].ravel()
     known = second < count
     keys = np.sort((np.minimum(first, second) * (count + 1) + np.maximum(first, second))[known])

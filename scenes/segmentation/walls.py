@@ -93,8 +93,8 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
     wall = replace(wall, span=(float(low), float(high)), thickness=float(np.clip(3 * spread, thickness, 2 * thickness)))
     along, ahead = wall.along(points), wall.ahead(points)
-    own = (along > low) & (along < high) & (np.abs(ahead) < wall.thickness)
-    width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
+    on_wall = (along > low) & (along < high) & (np.abs(ahead) < wall.thickness)
+    width, top = high - low, np.percentile(points[on_wall, 2], 98) if on_wall.any() else 0.0
     if width < SEGMENTATION.wall_width or top < SEGMENTATION.wall_top:
         return None
     beside = (along > low - SEGMENTATION.wall_margin) & (along < high + SEGMENTATION.wall_margin)

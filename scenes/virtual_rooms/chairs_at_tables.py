@@ -35,13 +35,13 @@ class Seating:
 
 def chairs_to_tables(contents: RoomContents):
     """Push chairs to every table: first the room's own, on which nothing stands, then others of the data set."""
-    own = [k for k, item in enumerate(contents.objects) if is_chair(item) and k not in contents.carriers()]
+    chairs = [k for k, item in enumerate(contents.objects) if is_chair(item) and k not in contents.carriers()]
     occupancy = contents.occupancy()
     for table in [item for item in contents.objects if is_dining_table(item)]:
         seatings = seatings_of(table)
         wanted = int(contents.rng.integers(1, MOST + 1))
         for place in contents.rng.permutation(len(seatings)):
-            if wanted and seat_chair(contents, occupancy, seatings[place], own):
+            if wanted and seat_chair(contents, occupancy, seatings[place], chairs):
                 wanted -= 1
 
 
@@ -72,9 +72,9 @@ def seatings_of(table: PlacedObject) -> list[Seating]:
     return places
 
 
-def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, own: list[int]) -> bool:
+def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, chairs: list[int]) -> bool:
     """Push one chair to a place, if there is one and it has room; one of the room's own is then used up."""
-    number = own[-1] if own else None
+    number = chairs[-1] if chairs else None
     if number is None:
         dealt = contents.deal(contents.seats)
         if dealt is None or not is_chair(PlacedObject(*dealt, np.eye(4))):
@@ -85,7 +85,7 @@ def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, o
         occupancy.clear(chair.points)
     T_room_object = pushed(chair, seating, occupancy, contents.rng)
     if T_room_object is not None and number is not None:
-        contents.move(own.pop(), T_room_object, FLOOR)
+        contents.move(chairs.pop(), T_room_object, FLOOR)
     elif T_room_object is not None:
         number = contents.add(chair.item, chair.cloud, T_room_object, FLOOR)
     if number is not None:

@@ -31,12 +31,12 @@ class Ground:
         gap : float, metres
             The least distance to what stands on the ground already, seen from above.
         """
-        own = footprint(points[:, :2])
-        free = fits(self.blocked, own) & fits(self.taken, widened(own, gap))
+        mask = footprint(points[:, :2])
+        free = fits(self.blocked, mask) & fits(self.taken, widened(mask, gap))
         places = np.argwhere(free)
         if not len(places):
             return None
-        return self.stamp(own, places[rng.integers(len(places))])
+        return self.stamp(mask, places[rng.integers(len(places))])
 
     def place_at_wall(
         self, points: np.ndarray, outward: np.ndarray, gap: float, rng: np.random.Generator
@@ -50,18 +50,18 @@ class Ground:
         outward : (2,) int
             Towards the end: 1 or -1 along x or along y, 0 along the other.
         """
-        own = footprint(points[:, :2])
-        free = fits(self.blocked, own) & fits(self.taken, widened(own, gap), outside=False)
+        mask = footprint(points[:, :2])
+        free = fits(self.blocked, mask) & fits(self.taken, widened(mask, gap), outside=False)
         places = np.argwhere(free)
         if not len(places):
             return None
         reach = places @ outward
         at_end = places[reach == reach.max()]
-        half = (np.array(own.shape) // 2) @ np.abs(outward)
+        half = (np.array(mask.shape) // 2) @ np.abs(outward)
         end = (self.taken.shape @ np.abs(outward) - 1 - half) if outward.sum() > 0 else -half
         if reach.max() < end:
             return None
-        return self.stamp(own, at_end[rng.integers(len(at_end))])
+        return self.stamp(mask, at_end[rng.integers(len(at_end))])
 
     def take(self, points: np.ndarray):
         """Take the cells below points (N, 3) or (N, 2) of what stands there, in the ground's own frame."""
@@ -69,10 +69,10 @@ class Ground:
         cells = cells[((cells >= 0) & (cells < self.taken.shape)).all(axis=1)]
         self.taken[tuple(cells.T)] = True
 
-    def stamp(self, own: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def stamp(self, mask: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Take the cells of a footprint about a cell; return where that is (3,), metres."""
-        half = np.array(own.shape) // 2
-        cells = np.argwhere(own) + place - half
+        half = np.array(mask.shape) // 2
+        cells = np.argwhere(mask) + place - half
         self.taken[tuple(cells.T)] = True
         return np.append(self.corner + (place + 0.5) * CELL, self.height)
 
@@ -107,20 +107,20 @@ def footprint(xy: np.ndarray) -> np.ndarray:
     """Return the cells below points (N, 2), a bool array of odd sides with the origin in the middle."""
     cells = np.floor(xy / CELL + 0.5).astype(int)
     half = np.abs(cells).max(axis=0)
-    own = np.zeros(2 * half + 1, bool)
-    own[tuple((cells + half).T)] = True
-    return own
+    mask = np.zeros(2 * half + 1, bool)
+    mask[tuple((cells + half).T)] = True
+    return mask
 
 
-def widened(own: np.ndarray, gap: float) -> np.ndarray:
+def widened(mask: np.ndarray, gap: float) -> np.ndarray:
     """Return a footprint with all cells within a gap of it."""
     from scipy.ndimage import distance_transform_edt
 
-    padded = np.pad(own, int(np.ceil(gap / CELL)))
+    padded = np.pad(mask, int(np.ceil(gap / CELL)))
     return distance_transform_edt(~padded) * CELL <= gap
 
 
-def fits(occupied: np.ndarray, own: np.ndarray, outside: bool = True) -> np.ndarray:
+def fits(occupied: np.ndarray, mask: np.ndarray, outside: bool = True) -> np.ndarray:
     """Return the cells at which a footprint's middle may stand so that it lies on no occupied cell.
 
     Parameters
@@ -130,8 +130,8 @@ def fits(occupied: np.ndarray, own: np.ndarray, outside: bool = True) -> np.ndar
     """
     from scipy.signal import correlate
 
-    padded = np.pad(occupied, [(side // 2, side // 2) for side in own.shape], constant_values=outside)
-    overlap = correlate(padded.astype(np.float32), own.astype(np.float32), mode="valid", method="fft")
+    padded = np.pad(occupied, [(side // 2, side // 2) for side in mask.shape], constant_values=outside)
+    overlap = correlate(padded.astype(np.float32), mask.astype(np.float32), mode="valid", method="fft")
     return overlap < 0.5
 
 

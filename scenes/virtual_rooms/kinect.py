@@ -177,10 +177,10 @@ def scatter(shape: tuple[int, ...], window: int, rng: np.random.Generator) -> np
     """Return noise (H, W) of deviation 1; pixels of one window share most of it."""
     from scipy.ndimage import gaussian_filter
 
-    own = rng.standard_normal(shape)
+    noise = rng.standard_normal(shape)
     if window == 1:
-        return own
-    shared = gaussian_filter(own, window / 4)
+        return noise
+    shared = gaussian_filter(noise, window / 4)
     return shared / shared.std()
 
 

@@ -80,17 +80,17 @@ def pushed_together(contents: RoomContents, number: int, partner: int):
     near = [contents.objects[k].points for k in neighbours(contents, number)]
     near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
     tree = cKDTree(np.vstack(near), balanced_tree=False, compact_nodes=False)  # made in half the time
-    own = item.points[:: max(1, len(item.points) // PROBES)]
+    probes = item.points[:: max(1, len(item.points) // PROBES)]
     way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
         return
     direction, gone = np.append(way / length, 0.0), 0.0
     # So far nothing can be in the way, wherever it is.
-    while gone < length and (free := tree.query(own + gone * direction)[0].min() - TOUCH) > STEP:
+    while gone < length and (free := tree.query(probes + gone * direction)[0].min() - TOUCH) > STEP:
         gone += free
     moved = min(gone, length) * direction
-    if ((own + moved > 0) & (own + moved < contents.size)).all():
+    if ((probes + moved > 0) & (probes + moved < contents.size)).all():
         T_room_object = item.T_room_object.copy()
         T_room_object[:3, 3] += moved
         contents.move(number, T_room_object, item.support)

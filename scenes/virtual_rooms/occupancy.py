@@ -44,9 +44,9 @@ class Occupancy:
             return
         cubes = [axis[inside] for axis in (x, y, z)]
         low, high = [axis.min() for axis in cubes], [axis.max() + 1 for axis in cubes]
-        own = np.zeros(np.subtract(high, low), np.int8)
-        own[tuple(axis - start for axis, start in zip(cubes, low, strict=True))] = count
-        self.counts[tuple(map(slice, low, high))] += own
+        cells = np.zeros(np.subtract(high, low), np.int8)
+        cells[tuple(axis - start for axis, start in zip(cubes, low, strict=True))] = count
+        self.counts[tuple(map(slice, low, high))] += cells
 
     def is_free(self, points: np.ndarray) -> bool:
         """Return whether points (N, 3), metres, all lie in the room and in no filled cube."""

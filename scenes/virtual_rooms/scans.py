@@ -85,12 +85,12 @@ class VirtualScan:
         """Return whether enough of an object's points and of its surface, inside and out, are in the scan."""
         from scipy.spatial import cKDTree
 
-        own = self.points[self.labels == number]
-        if len(own) < MIN_POINTS:
+        points = self.points[self.labels == number]
+        if len(points) < MIN_POINTS:
             return False
         surface = self.room.objects[number].points
         probes = surface[:: max(1, len(surface) // PROBES)]
-        near, _ = cKDTree(own).query(probes, distance_upper_bound=NEAR)
+        near, _ = cKDTree(points).query(probes, distance_upper_bound=NEAR)
         return bool(np.isfinite(near).mean() >= MIN_SHARE)
 
 

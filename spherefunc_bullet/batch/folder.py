@@ -65,8 +65,8 @@ class RunFolder:
 
     def find(self, run: str) -> dict[str, np.ndarray] | None:
         """Return a run's arrays, kept or still partial; None if there are none that are whole."""
-        kept = read_entry(self.entry(run))
-        return read_entry(entry_path(KIND, run, self.partial)) if kept is None else kept
+        arrays = read_entry(self.entry(run))
+        return read_entry(entry_path(KIND, run, self.partial)) if arrays is None else arrays
 
     def put(self, run: str, arrays: dict[str, np.ndarray]):
         """Write a run's arrays, not synced."""
@@ -80,15 +80,15 @@ class RunFolder:
 
     def keep(self, run: str) -> dict[str, int]:
         """Sync the file of a run's arrays and move it to where it is kept; return its size and time."""
-        partial, kept = entry_path(KIND, run, self.partial), self.entry(run)
-        with writing(kept, kind=FullDisk):
-            if partial.is_file() and not (kept.is_file() and read_entry(kept)):
+        partial, entry = entry_path(KIND, run, self.partial), self.entry(run)
+        with writing(entry, kind=FullDisk):
+            if partial.is_file() and not (entry.is_file() and read_entry(entry)):
                 sync(partial)
-                kept.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(partial, kept)
-                sync(kept.parent)
+                entry.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(partial, entry)
+                sync(entry.parent)
             partial.unlink(missing_ok=True)
-            return size_and_time(kept)
+            return size_and_time(entry)
 
 
 def size_and_time(path: Path) -> dict[str, int]:

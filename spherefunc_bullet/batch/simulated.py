@@ -78,14 +78,14 @@ def simulate_by_all(
     for own, tell in zip(known, failed, strict=True):
         for error in own.values():
             tell(error)
-    asked = [[way for way, own in enumerate(known) if item.path not in own] for item in dataset.objects]
-    left = [index for index, ways in enumerate(asked) if ways]
-    tasks = [(dataset.objects[index].path, [drop_configs[way] for way in asked[index]]) for index in left]
+    missing = [[way for way, own in enumerate(known) if item.path not in own] for item in dataset.objects]
+    left = [index for index, ways in enumerate(missing) if ways]
+    tasks = [(dataset.objects[index].path, [drop_configs[way] for way in missing[index]]) for index in left]
     records: list[dict[int, ObjectRecord]] = [{} for _ in drop_configs]
     done = simulate_by_several(tasks, jobs=jobs, home=run)
     for position, outcomes in progress(done, len(tasks), f"dropping spheres on {dataset.name}"):
         index = left[position]
-        for way, outcome in zip(asked[index], outcomes, strict=True):
+        for way, outcome in zip(missing[index], outcomes, strict=True):
             if isinstance(outcome, InputError):
                 failed[way](outcome)
             else:

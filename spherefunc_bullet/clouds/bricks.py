@@ -58,9 +58,9 @@ def own_cell(offset):
 
 
 @lean_njit(forceinline=True)
-def beside(offset, own):
+def beside(offset, offset_in_brick):
     """Return the cell next to the own one of an offset on whose side it lies."""
-    return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - own)
+    return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - offset_in_brick)
 
 
 @lean_njit(forceinline=True)
@@ -105,8 +105,8 @@ def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, brick
             plane += 1
         x, y, z = point[0], point[1], point[2]
         across, along, up = (x - low[0]) * scale, (y - low[1]) * scale, (z - low[2]) * scale
-        own = normals[plane]
-        if has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, own, aside):
+        normal = normals[plane]
+        if has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
             continue
         place, used = place_of(bricks, used, own_cell(across), own_cell(along), own_cell(up))
         kept[count, 0], kept[count, 1], kept[count, 2] = x, y, z

@@ -180,8 +180,8 @@ def neighbouring(points: np.ndarray, tree: cKDTree) -> np.ndarray:
     """Return the triangles (T, 3) of points (N, 3) with two of their neighbours each whose circles are small."""
     distances, near = tree.query(points, NEIGHBORS[1] + 1)
     first, second = np.triu_indices(NEIGHBORS[1], 1)
-    own = np.repeat(np.arange(len(points)), len(first))
-    triangles = np.column_stack([own, near[:, 1 + first].ravel(), near[:, 1 + second].ravel()])
+    owner = np.repeat(np.arange(len(points)), len(first))
+    triangles = np.column_stack([owner, near[:, 1 + first].ravel(), near[:, 1 + second].ravel()])
     reach = np.minimum(REACH[0] * distances[:, NEIGHBORS[0]], REACH[1])
     small = circle_radii(points[triangles]) < np.repeat(reach, len(first))
     return np.unique(np.sort(triangles[small], axis=1), axis=0)

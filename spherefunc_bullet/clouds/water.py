@@ -83,8 +83,8 @@ def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float
         tilt = (low + high) / 2
         sine, cosine = np.sin(tilt), np.cos(tilt)
         edge = (rim[:, 2] * cosine - rim_ahead * sine).min()
-        kept = float(np.mean(water[:, 2] * cosine - ahead * sine <= edge))
-        low, high = (tilt, high) if kept >= SPILLED_AT else (low, tilt)
+        share = float(np.mean(water[:, 2] * cosine - ahead * sine <= edge))
+        low, high = (tilt, high) if share >= SPILLED_AT else (low, tilt)
     return low
 
 

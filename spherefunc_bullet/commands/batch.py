@@ -143,8 +143,8 @@ def show_status(folder: Path, json: bool):
         left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
     rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"
     show(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
-    kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
-    show(f"rate {rate}, time left {left}; {kept}")
+    totals = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
+    show(f"rate {rate}, time left {left}; {totals}")
     if about["failures"]:
         print_table("Failures", ["object", "outcome", "why"], [list(failure.values()) for failure in about["failures"]])
 

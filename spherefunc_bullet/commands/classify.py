@@ -65,17 +65,17 @@ def classify(
 
     if table is not None:
         require_place(table)
-    asked = models_for(model, backend, function)
-    functions = asked[0][0].functions_
+    models = models_for(model, backend, function)
+    functions = models[0][0].functions_
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
         from .poses import classify_any_pose
 
-        if len(asked) > 1:
+        if len(models) > 1:
             raise InputError(f"--backend {backend}: expected one with --any-pose")
-        return classify_any_pose(names, asked[0][0], units, json)
-    how = (asked, LoadOptions(up=up, units=units), json or explain, explain)
-    isolate = any(isolated(make_simulator(one.simulator)) for one, _ in asked)
+        return classify_any_pose(names, models[0][0], units, json)
+    how = (models, LoadOptions(up=up, units=units), json or explain, explain)
+    isolate = any(isolated(make_simulator(one.simulator)) for one, _ in models)
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
@@ -114,7 +114,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified_file(
     file: Path,
-    asked: Sequence[ModelPair],
+    models: Sequence[ModelPair],
     loading: LoadOptions,
     reasons: bool = True,
     explain: bool = True,
@@ -125,7 +125,7 @@ def classified_file(
 
     started = time.perf_counter()
     reports = chain([say], repeat(None))  # what is odd about the file is said once
-    decision = classify_by_all(lambda model: CachedFile(file, model.drop_config(loading), next(reports)), asked)
+    decision = classify_by_all(lambda model: CachedFile(file, model.drop_config(loading), next(reports)), models)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
     if not explain:
         return row

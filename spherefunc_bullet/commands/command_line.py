@@ -19,9 +19,9 @@ from ..console import log_on_stderr, run, show
 GARBAGE = 300_000  # new objects until it is looked for: among all that is imported, a seventh of a first answer
 
 
-def say_version(asked: bool):
+def say_version(requested: bool):
     """Print the version and leave, if asked."""
-    if asked:
+    if requested:
         show(f"spherefunc {__version__}")
         raise typer.Exit()
 

@@ -98,7 +98,9 @@ def pose_row(one: PoseFunctions) -> Row:
         "probability": round(one.pose.probability, 6),
         "statics": round(one.pose.statics, 6),
         "tilt_deg": round(one.pose.tilt_deg, 2),
-        "functions": {name: {"member": own.member, "score": own.score} for name, own in one.functions.items()},
+        "functions": {
+            name: {"member": membership.member, "score": membership.score} for name, membership in one.functions.items()
+        },
     }
 
 

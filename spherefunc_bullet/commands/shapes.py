@@ -54,15 +54,15 @@ def shapes(
         raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
     thresholds = parse_numbers("--coacd", coacd, "numbers, such as 0.05,0.2") if coacd else ()
-    asked = LibraryOptions(
+    options = LibraryOptions(
         collision=collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up,
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip
     chosen, failures, results = list(objects_in(files)), Failures(), []
     if best:
         require_other_folder(chosen, out)
-    kept = None if report is None else report / "objects"
-    for result in progress(answers(chosen, asked, jobs, kept), len(chosen), "asking"):
+    cache = None if report is None else report / "objects"
+    for result in progress(answers(chosen, options, jobs, cache), len(chosen), "asking"):
         if "error" in result:
             failures.add(result["error"])
         results.append(result)
@@ -109,9 +109,9 @@ def print_library(results: list[dict[str, Any]]):
     for result in results:
         if result.get("shapes"):
             row = result["shapes"][0]
-            kept = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
-            kept = ["" if share is None else f"{share:.2f}" for share in kept]
-            rows.append([short(result), said(result), *kept, str(row["pieces"]), "yes" if row["keeps"] else "no"])
+            shares = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
+            shares = ["" if share is None else f"{share:.2f}" for share in shares]
+            rows.append([short(result), said(result), *shares, str(row["pieces"]), "yes" if row["keeps"] else "no"])
     print_table("Collision shapes", ["object", "is for", "capacity", "level", "spheres", "pieces", "keeps all"], rows)
     show("\n".join(f"{name}: {count}" for name, count in counts.items()))
 
@@ -150,9 +150,9 @@ def print_shapes(results: dict[str, Any]):
     """Print an object's table."""
     head = ["shape", "pieces", "faces", "build s", "step µs", "capacity", "level", "spheres", "moved mm"]
     names = ["name", "pieces", "faces", "build_seconds", "step_us"]
-    kept = ["capacity_kept", "level_kept", "settled_kept", "moved_mm"]
+    columns = ["capacity_kept", "level_kept", "settled_kept", "moved_mm"]
     rows = [*results["shapes"], *([results["best"]] if "best" in results else [])]
-    table = [["" if row[name] is None else row[name] for name in [*names, *kept]] for row in rows]
+    table = [["" if row[name] is None else row[name] for name in [*names, *columns]] for row in rows]
     holds = f", holds {results['capacity_ml']:.0f} ml" if results["capacity_ml"] else ""
     functions = [name for name, about in results["functions"].items() if about["member"]]
     seed = f"another seed keeps {results['seed_spread']:.2f}"

@@ -259,10 +259,10 @@ def run_note(radius: float, result: DropResult) -> str:
     return f"Spheres of radius {format_length(radius)}: {outcomes}, in {result.seconds:.3g} s{cut}."
 
 
-def wants_browser(asked: bool | None) -> bool:
+def wants_browser(requested: bool | None) -> bool:
     """Return whether to open a browser: if asked to or on a terminal, and where there is a display."""
     graphical = sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
-    return graphical and (sys.stdout.isatty() if asked is None else asked)
+    return graphical and (sys.stdout.isatty() if requested is None else requested)
 
 
 def open_browser(page: Path):

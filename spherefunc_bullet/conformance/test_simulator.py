@@ -50,8 +50,8 @@ BETWEEN = shapes.SPACING
 def pytest_generate_tests(metafunc: pytest.Metafunc):
     """Run over the backend that ``--backend`` names, or over all that are registered."""
     if "backend" in metafunc.fixturenames:
-        asked = metafunc.config.getoption("--backend", default=None)
-        metafunc.parametrize("backend", [asked] if asked else sorted(backend_entry_points()), scope="module")
+        requested = metafunc.config.getoption("--backend", default=None)
+        metafunc.parametrize("backend", [requested] if requested else sorted(backend_entry_points()), scope="module")
 
 
 @pytest.fixture(scope="module")

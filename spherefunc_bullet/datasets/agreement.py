@@ -31,8 +31,8 @@ def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject)
     """Return what two labels of one object say, in one line."""
     names = [dataset.name_of(item.path) for item in (first, second)]
     what = "it is listed twice" if names[0] == names[1] else f"{names[1]} holds the same"
-    said = " and ".join(label_text(item.functions) for item in (first, second))
-    return f"{dataset.name}: {names[0]}: expected one label for one object, got {said} ({what}); keep one"
+    labels = " and ".join(label_text(item.functions) for item in (first, second))
+    return f"{dataset.name}: {names[0]}: expected one label for one object, got {labels} ({what}); keep one"
 
 
 def content_of(sizes: Counter[int], path: Path) -> str:

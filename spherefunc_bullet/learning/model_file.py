@@ -152,20 +152,20 @@ def models_for(model: str | Path | FunctionModel | None, backend: str | None, fu
     if model is not None and len(names) > 1:
         raise InputError(f"backend {backend!r}: expected one, as a model that is given is of one")
     models = [inference_model(model, name) for name in names]
-    asked = models if function is None else [one.only(function) for one in models]
-    return [(one, partial(model_for_views, one, given=model is not None)) for one in asked]
+    chosen = models if function is None else [chosen_model.only(function) for chosen_model in models]
+    return [(chosen_model, partial(model_for_views, chosen_model, given=model is not None)) for chosen_model in chosen]
 
 
-def model_for_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
+def model_for_views(model: FunctionModel, *, given: bool) -> FunctionModel:
     """Return the model that tells single views: the one asked, if the user gave it, else the one that ships for scans.
 
     What is asked for one function alone is so here.
     """
     if given:
-        return asked
-    backend = make_simulator(asked.simulator).name
+        return model
+    backend = make_simulator(model.simulator).name
     shipped = inference_model(shipped_model(backend, scans=True), backend)
-    return shipped.only(asked.functions_[0]) if len(asked.functions_) == 1 else shipped
+    return shipped.only(model.functions_[0]) if len(model.functions_) == 1 else shipped
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:

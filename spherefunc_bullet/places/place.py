@@ -88,8 +88,8 @@ class Place:
         """Return what the contract prints of a place; what says nothing of its kind is left out."""
         row = {part.name: getattr(self, part.name) for part in fields(self)}
         always = ("heading_deg", "clearance", "proven")
-        kept = {name: value for name, value in row.items() if name in always or not says_nothing(value)}
-        return {name: plain(value) for name, value in kept.items()}
+        shown = {name: value for name, value in row.items() if name in always or not says_nothing(value)}
+        return {name: plain(value) for name, value in shown.items()}
 
 
 def says_nothing(value: object) -> bool:

@@ -132,14 +132,14 @@ def lay(heights, smooth, whole, cells, offsets, zones, counts, side, scale, leve
                     near += 1
         level = total / max(1, near)
         levels[p] = level
-        held, asked = 0, 0
+        held, tested = 0, 0
         for k in range(len(zones)):
             if zones[k] == CORE:
                 i, j = int(x + 0.5 + offsets[0, k, 0]), int(y + 0.5 + offsets[0, k, 1])
-                asked += 1
+                tested += 1
                 if 0 <= i < nx and 0 <= j < ny and whole[i, j] and abs(heights[i, j] - level) <= SOFT:
                     held += 1
-        if held < 0.6 * asked:
+        if held < 0.6 * tested:
             continue
         for h in range(len(offsets)):
             n, su, sv, sz, suu, svv, suv, suz, svz, szz = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

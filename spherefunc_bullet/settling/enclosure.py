@@ -34,25 +34,25 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
 
 
 @lean_njit(error_model="numpy", forceinline=True)
-def sort_by_layer(points, centers, bottom, height, layers, asked, starts, placed):
+def sort_by_layer(points, centers, bottom, height, layers, used, starts, placed):
     """Write the points that are in a centre's layer or next to it, layer by layer, and where each layer begins.
 
     What is written into is as `met_everywhere` takes it.
     """
-    count = len(asked)
+    count = len(used)
     for k in range(len(centers)):
         first, last = around(centers[k, 2], bottom, height, count)
         for layer in range(first, last):
-            asked[layer] = True
+            used[layer] = True
     for i in range(len(points)):
         layers[i] = int((points[i, 2] - bottom) / height)
-        starts[0, layers[i] + 1] += asked[layers[i]]
+        starts[0, layers[i] + 1] += used[layers[i]]
     for layer in range(count):
         starts[0, layer + 1] += starts[0, layer]
         starts[1, layer] = starts[0, layer]
     for i in range(len(points)):
         layer = layers[i]
-        if asked[layer]:
+        if used[layer]:
             row = starts[1, layer]
             placed[row, 0], placed[row, 1], placed[row, 2] = points[i, 0], points[i, 1], points[i, 2]
             starts[1, layer] = row + 1
@@ -102,7 +102,7 @@ def can_meet(dx, dy, squared_sine):
 
 
 @lean_njit(cache=True, error_model="numpy")
-def met_everywhere(points, centers, reach, bottom, layers, asked, starts, placed, met_all):
+def met_everywhere(points, centers, reach, bottom, layers, used, starts, placed, met_all):
     """Tell whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
 
     Parameters
@@ -112,7 +112,7 @@ def met_everywhere(points, centers, reach, bottom, layers, asked, starts, placed
         How high a layer is, and where the lowest begins.
     layers : (N,) int32
         Scratch: each point's layer.
-    asked : (L,) bool
+    used : (L,) bool
         All False; receives which layers are looked at.
     starts : (2, L + 1) int64
         All 0; receives where each layer begins, and ends.
@@ -122,10 +122,10 @@ def met_everywhere(points, centers, reach, bottom, layers, asked, starts, placed
         All False; receives the answers.
     """
     step = 2 * math.pi / DIRECTIONS
-    sort_by_layer(points, centers, bottom, reach, layers, asked, starts, placed)
+    sort_by_layer(points, centers, bottom, reach, layers, used, starts, placed)
     for k in range(len(centers)):
         x, y, z = centers[k, 0], centers[k, 1], centers[k, 2]
-        first, last = around(z, bottom, reach, len(asked))
+        first, last = around(z, bottom, reach, len(used))
         met = NONE
         for i in range(starts[0, first], starts[0, last]):
             dx, dy, dz = placed[i, 0] - x, placed[i, 1] - y, placed[i, 2] - z

@@ -34,7 +34,7 @@ OTHERS = ("vhacd", "coacd")  # by whose pieces an object may be written as well;
 Tried = tuple[Solid, ShapeRow]
 
 
-def best_shape(subject: Subject, kept: KeepCriteria, still: bool = False, compared: Iterable[Tried] = ()) -> Tried:
+def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, compared: Iterable[Tried] = ()) -> Tried:
     """Return the cheapest candidate that keeps everything, with its row; where none does, the one that keeps most.
 
     Cheapest by a measured step with spheres in contact. Of each kind the first that keeps everything is taken, since
@@ -56,14 +56,14 @@ def best_shape(subject: Subject, kept: KeepCriteria, still: bool = False, compar
             if tried and enough():
                 break
             solid = made(name, make)
-            tried.append((solid, row_of(subject, solid, kept, early=True)))
+            tried.append((solid, row_of(subject, solid, criteria, early=True)))
             if tried[-1][1].keeps:
                 break
         if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
             break  # nothing is cheaper than one convex piece
-    tried += [(solid, judged(row, subject, kept)) for solid, row in compared if decomposed(solid, row)]
+    tried += [(solid, judged(row, subject, criteria)) for solid, row in compared if decomposed(solid, row)]
     solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
-    return (solid, row) if row.measured else (solid, row_of(subject, solid, kept))
+    return (solid, row) if row.measured else (solid, row_of(subject, solid, criteria))
 
 
 def decomposed(solid: Solid, row: ShapeRow) -> bool:
@@ -224,30 +224,30 @@ def compare_shapes(
 
 
 def rows_of_links(
-    subject: Subject, links: list[Solid], kept: KeepCriteria, report: Report
+    subject: Subject, links: list[Solid], criteria: KeepCriteria, report: Report
 ) -> Iterator[tuple[Solid, ShapeRow]]:
     """Yield one link with its row, or several together and then each that is as large as what is seen."""
     if len(links) == 1:
-        yield links[0], row_of(subject, links[0], kept)
+        yield links[0], row_of(subject, links[0], criteria)
         return
     whole = together(links)
-    yield whole, row_of(subject, whole, kept)
+    yield whole, row_of(subject, whole, criteria)
     for link in links:
         try:
-            yield link, row_of(subject, link, kept)
+            yield link, row_of(subject, link, criteria)
         except InputError as error:
             report(f"link {one_line(link.name)}: {error}")
 
 
 def candidate_rows(
-    subject: Subject, makes: dict[str, Make], kept: KeepCriteria, report: Report
+    subject: Subject, makes: dict[str, Make], criteria: KeepCriteria, report: Report
 ) -> Iterator[tuple[Solid, ShapeRow]]:
     """Yield each candidate with its row; one that cannot be used is reported and left out."""
     subject.seen  # noqa: B018 - an object that cannot be used itself is an error, before any candidate is made
     for name, make in makes.items():
         try:
             solid = made(name, make)
-            yield solid, row_of(subject, solid, kept)
+            yield solid, row_of(subject, solid, criteria)
         except InputError as error:
             report(f"{error}; it is not compared")
 
@@ -263,8 +263,8 @@ def named_collision(anything: Anything, collision: str | Path | None) -> list[Pa
     """Return the files whose collision geometry is asked about: the one given, or what is seen if it says its own."""
     if collision is not None:
         return [Path(collision)]
-    own = isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION
-    return [Path(anything)] if own else []
+    has_collision = isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION
+    return [Path(anything)] if has_collision else []
 
 
 def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame:
@@ -276,5 +276,5 @@ def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame
         raise InputError(f"{one_line(path.name)}: expected its axis and unit to be said, since collision shares them")
     geometry = geometry_of(anything, path.name)
     used = np.unique(geometry.faces)
-    own = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
-    return FileFrame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - own.min(axis=0))
+    converted = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
+    return FileFrame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - converted.min(axis=0))

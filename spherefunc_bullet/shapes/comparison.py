@@ -125,10 +125,10 @@ def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
     return {name: (one.member, round(one.score, 4)) for name, one in memberships.items()}
 
 
-def row_of(subject: Subject, solid: Solid, kept: KeepCriteria, early: bool = False) -> ShapeRow:
+def row_of(subject: Subject, solid: Solid, criteria: KeepCriteria, early: bool = False) -> ShapeRow:
     """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
-    row = judged(free_row(subject, solid), subject, kept)
-    return row if early and row.lost else judged(used_row(subject, solid, row), subject, kept)
+    row = judged(free_row(subject, solid), subject, criteria)
+    return row if early and row.lost else judged(used_row(subject, solid, row), subject, criteria)
 
 
 def free_row(subject: Subject, solid: Solid) -> ShapeRow:
@@ -174,35 +174,35 @@ def require_size(subject: Subject, solid: Solid):
     size = float(np.ptp(solid.vertices, axis=0).max())
     times = size / subject.extent
     if not 1 / LARGER <= times <= LARGER:
-        said = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
+        difference = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
         question = "are the units or the scale right?"
-        raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; {question}")
+        raise InputError(f"{subject.cloud.name}: collision is {difference} as what is seen; {question}")
 
 
-def judged(row: ShapeRow, subject: Subject, kept: KeepCriteria) -> ShapeRow:
+def judged(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> ShapeRow:
     """Return a row with its verdict."""
-    lost = tuple(losses(row, subject, kept))
+    lost = tuple(losses(row, subject, criteria))
     return replace(row, lost=lost, keeps=not lost, verdict="; ".join(lost) if lost else price(row, subject))
 
 
-def losses(row: ShapeRow, subject: Subject, kept: KeepCriteria) -> Iterator[str]:
+def losses(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> Iterator[str]:
     """Yield what a shape does not keep."""
-    if row.capacity_kept is not None and row.capacity_kept < kept.share:
+    if row.capacity_kept is not None and row.capacity_kept < criteria.share:
         held = f"holds {part_of(row.capacity_kept, 1e6 * subject.capacity)}"
         why = "solid for the engine" if row.filled else "it runs out through gaps"
         yield f"{held}: {why}" if row.capacity_kept < NOTHING else held
-    if row.level_kept < kept.share:
+    if row.level_kept < criteria.share:
         side = "higher" if row.level_higher_mm > 0 else "lower"
         by = abs(row.level_higher_mm)
         moved = f", it is {by:.3g} mm {side}" if by > 1 else ""
         yield f"keeps {row.level_kept:.0%} of the level at {1e3 * subject.level.height:.0f} mm{moved}"
-    if row.settled_kept is not None and row.settled_kept < kept.share:
+    if row.settled_kept is not None and row.settled_kept < criteria.share:
         yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
     if row.openings_closed:
         yield "fills space that spheres went through" + (
             f", in {row.openings_closed} places" if row.openings_closed > 1 else ""
         )
-    if kept.moved is not None and row.moved_mm > 1e3 * kept.moved:
+    if criteria.moved is not None and row.moved_mm > 1e3 * criteria.moved:
         yield f"resting places moved by {row.moved_mm:.2g} mm"
     for name, (member, _) in subject.functions.items():
         if member and name in row.functions and not row.functions[name][0]:

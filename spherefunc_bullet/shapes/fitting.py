@@ -128,7 +128,8 @@ def cut(
     The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
     """
     waiting = [
-        (-taken(part.covered), number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)
+        (-taken(part.covered), number, part)
+        for number, part in enumerate(part_of(triangles, exposed) for triangles in parts)
     ]
     heapq.heapify(waiting)
     done, number = [], len(waiting)

@@ -51,31 +51,37 @@ class LibraryOptions:
     def key(self, file: Path) -> str:
         """Return a name for the answer about a file as it is now."""
         about = file.stat()
-        asked = f"{file.absolute()} {about.st_size} {about.st_mtime_ns} {sorted(asdict(self).items())}"
-        return f"{file.stem}-{hashlib.sha256(asked.encode()).hexdigest()[:12]}.json"
+        text = f"{file.absolute()} {about.st_size} {about.st_mtime_ns} {sorted(asdict(self).items())}"
+        return f"{file.stem}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.json"
 
 
-def answer(file: Path, asked: LibraryOptions) -> Result:
+def answer(file: Path, options: LibraryOptions) -> Result:
     """Return what is printed of one object."""
-    collision = asked.collision
-    if asked.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
+    collision = options.collision
+    if options.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
         collision = file  # a mesh of a library is what an engine would load
-    how = {"shapes": asked.shapes, "coacd": asked.coacd, "keep": asked.keep, "units": asked.units, "up": asked.up}
+    how = {
+        "shapes": options.shapes,
+        "coacd": options.coacd,
+        "keep": options.keep,
+        "units": options.units,
+        "up": options.up,
+    }
     compared = compare_shapes(file, collision, report=say, **how)
     result = compared.as_dict(str(file))
-    if asked.picture:
+    if options.picture:
         result["picture"] = pictures(compared)
-    if asked.best:
-        result["best"] = written(compared, file, asked)
+    if options.best:
+        result["best"] = written(compared, file, options)
     return result
 
 
-def written(compared: Shapes, file: Path, asked: LibraryOptions) -> Result:
+def written(compared: Shapes, file: Path, options: LibraryOptions) -> Result:
     """Write the best shape of an object, and return what is printed of it."""
-    shape = compared.best_for(asked.still)
+    shape = compared.best_for(options.still)
     if not shape.row.keeps:
         say(f"{file.name}: none that was tried keeps everything; written is the one that keeps most")
-    place = shape.write(asked.out / f"{file.stem}{SUFFIX[asked.best]}", asked.best)
+    place = shape.write(options.out / f"{file.stem}{SUFFIX[options.best]}", options.best)
     return {"file": str(place)} | as_row(shape.row)
 
 
@@ -95,21 +101,23 @@ def pictures(compared: Shapes) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
-def answers(files: Sequence[Path], asked: LibraryOptions, jobs: int = 1, kept: Path | None = None) -> Iterator[Result]:
+def answers(
+    files: Sequence[Path], options: LibraryOptions, jobs: int = 1, cache: Path | None = None
+) -> Iterator[Result]:
     """Yield what is printed of each object, errors as `{file, error}`, in the order in which they are done.
 
     With a folder to keep them in, each is in a process of its own, and those that are there already are not done again.
     """
     left = []
     for file in files:
-        known = None if kept is None else kept / asked.key(file)
+        known = None if cache is None else cache / options.key(file)
         if known is not None and known.is_file():
             yield json.loads(known.read_text(encoding="utf-8"))
         else:
             left.append((file, known))
-    limit = math.inf if kept is None else TIME
-    tasks = run_tasks(answer, [(file, asked) for file, _ in left], [file for file, _ in left], jobs=jobs,
-                      isolate=kept is not None, time_limit=limit)  # fmt: skip
+    limit = math.inf if cache is None else TIME
+    tasks = run_tasks(answer, [(file, options) for file, _ in left], [file for file, _ in left], jobs=jobs,
+                      isolate=cache is not None, time_limit=limit)  # fmt: skip
     for index, outcome in tasks:
         file, known = left[index]
         failed = isinstance(outcome, InputError)

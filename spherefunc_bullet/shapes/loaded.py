@@ -100,9 +100,9 @@ def urdf_links(path: Path) -> dict[str, list[Placed]]:
         nodes = tree.findall(f"link[@name='{link.name}']/collision")
         for node, collision in zip(nodes, link.collisions, strict=True):
             place = pose @ (np.eye(4) if collision.origin is None else collision.origin)
-            kept = concave[link.name] or node.get("concave") == "yes"
-            for vertices, faces in geometry_parts(collision.geometry, path.parent, whole=kept):
-                links.setdefault(link.name, []).append((transform_points(vertices, place), faces, kept))
+            is_concave = concave[link.name] or node.get("concave") == "yes"
+            for vertices, faces in geometry_parts(collision.geometry, path.parent, whole=is_concave):
+                links.setdefault(link.name, []).append((transform_points(vertices, place), faces, is_concave))
     return links
 
 

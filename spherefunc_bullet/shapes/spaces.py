@@ -196,7 +196,7 @@ def level_kept(level: CarryingLevel, heights: np.ndarray, other: np.ndarray, ext
     """
     same = float(np.clip(SAME * extent, SAME_LEAST, SAME_MOST))
     lowest, top = ndimage.minimum_filter(other, 3), ndimage.maximum_filter(other, 3)
-    kept = (lowest <= heights + same) & (top >= heights - same)
+    covered = (lowest <= heights + same) & (top >= heights - same)
     both = level.cells & np.isfinite(other)
     higher = other[both] - heights[both]
-    return float(kept[level.cells].mean()), float(np.median(higher)) if len(higher) else float("nan")
+    return float(covered[level.cells].mean()), float(np.median(higher)) if len(higher) else float("nan")

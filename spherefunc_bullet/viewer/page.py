@@ -21,8 +21,8 @@ def display_html(display: dict[str, Any], still: bytes | None = None) -> str:
         A PNG file (`still.still_picture`), which stands where a browser cannot draw, or has not yet.
     """
     data = json.dumps(display, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
-    own = f'<script type="application/json">{data}</script>'
-    return f'<div class="display">{own}<div class="display-still">{still_html(display, still)}</div></div>'
+    script = f'<script type="application/json">{data}</script>'
+    return f'<div class="display">{script}<div class="display-still">{still_html(display, still)}</div></div>'
 
 
 def still_html(display: dict[str, Any], still: bytes | None) -> str:

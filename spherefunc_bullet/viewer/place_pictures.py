@@ -109,9 +109,9 @@ def person_points(limbs: list[Limb], step: float) -> np.ndarray:
     """Return points (N, 3) on the surface of a person, about so far apart."""
     points = []
     for limb in limbs:
-        own = limb.surface(step)[:, :-1].reshape(-1, 3)
-        inside = np.any([other.holds(own) for other in limbs if other is not limb], axis=0)
-        points.append(own[~inside])
+        surface = limb.surface(step)[:, :-1].reshape(-1, 3)
+        inside = np.any([other.holds(surface) for other in limbs if other is not limb], axis=0)
+        points.append(surface[~inside])
     return np.concatenate(points)
 
 

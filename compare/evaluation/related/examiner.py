@@ -156,10 +156,10 @@ class FixedScores(FeatureMethod):
     scores: np.ndarray  # (N, F) float, 0 or 1
     labels: Labels
 
-    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+    def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test."""
         trials = []
-        for splits in asked:
+        for splits in splits_of_trials:
             learnt = round(float(np.mean([len(split.train) for split in splits])))
             rows = np.concatenate([split.test for split in splits])
             trials.append(Trial(learnt=learnt, rows=rows, scores=self.scores[rows], weights=()))
@@ -173,6 +173,6 @@ def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, FixedS
 
 def fixed(classify: Classify, records: Sequence[ObjectRecord], labels: Labels) -> FixedScores:
     """Return one baseline's scores of objects."""
-    said = of_each(classify, records)
-    scores = [[float(function in functions) for function in labels.functions] for functions in said]
+    predicted = of_each(classify, records)
+    scores = [[float(function in functions) for function in labels.functions] for functions in predicted]
     return FixedScores(scores=np.array(scores).reshape(len(records), len(labels.functions)), labels=labels)

@@ -72,8 +72,8 @@ def top_view(record: ObjectRecord, below: float = np.inf) -> TopView:
     squares = voxels[:, :2].astype(int) - voxels[:, :2].min(axis=0) + 1
     heights = np.full(squares.max(axis=0) + 2, NOTHING)
     middles = (voxels[:, 2] + 0.5) * VOXEL
-    kept = middles < below
-    np.maximum.at(heights, tuple(squares[kept].T), middles[kept])
+    lower = middles < below
+    np.maximum.at(heights, tuple(squares[lower].T), middles[lower])
     return TopView(heights=heights, cell=VOXEL)
 
 

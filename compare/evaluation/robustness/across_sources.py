@@ -77,8 +77,8 @@ def profiled_with_model(
     if not isinstance(model, FunctionClassifier) or names != list(model.names_):
         learnt = f"expected a model that has learnt the {len(names)} objects of {dataset.name}, in this order"
         raise InputError(f"{learnt}, got one of {len(model.names_)} objects")
-    asked = [item for item, source in zip(dataset.objects, sources_of(dataset.objects), strict=True) if source]
-    of_sources = Dataset(dataset.name, tuple(asked))
+    items = [item for item, source in zip(dataset.objects, sources_of(dataset.objects), strict=True) if source]
+    of_sources = Dataset(dataset.name, tuple(items))
     checked = simulate_dataset(of_sources, replace(drop_config, radii=()), jobs=jobs, failed=failures.add)
     records = {record.path: record for record in checked.records}
     known = [records.get(item.path) for item in dataset.objects]
@@ -112,10 +112,10 @@ def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], ki
     )
 
 
-def report_of(said: HeldOutAnswers) -> dict[str, Any]:
+def report_of(answers: HeldOutAnswers) -> dict[str, Any]:
     """Return F-measures of whole objects, in all and of each data set, their errors, and the shares of every kind."""
-    trial, labels, wrong = said.trial, said.labels, said.trial.wrong(said.labels)
-    kinds, originals, folders = (each[trial.rows] for each in (said.kinds, said.originals, said.folders))
+    trial, labels, wrong = answers.trial, answers.labels, answers.trial.wrong(answers.labels)
+    kinds, originals, folders = (each[trial.rows] for each in (answers.kinds, answers.originals, answers.folders))
     whole = kinds == WHOLE
     rows = {
         kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())
@@ -134,21 +134,21 @@ def report_of(said: HeldOutAnswers) -> dict[str, Any]:
 
 def f_measures(trial: Trial, labels: Labels, which: np.ndarray) -> dict[str, float]:
     """Return the F-measure of each function over some answers (T,) bool."""
-    kept = trial.kept(which)
-    return {name: round(kept.quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)}
+    chosen = trial.kept(which)
+    return {name: round(chosen.quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)}
 
 
 def rates(
-    trial: Trial, wrong: np.ndarray, originals: np.ndarray, own: np.ndarray, functions: Sequence[str]
+    trial: Trial, wrong: np.ndarray, originals: np.ndarray, rows: np.ndarray, functions: Sequence[str]
 ) -> dict[str, float | int | None]:
     """Return the shares of some answers (T,) bool: classified by each function, unsure, wrong and sure."""
-    called = {name: mean(trial.predicted[own & (originals == name), column]) for column, name in enumerate(functions)}
+    called = {name: mean(trial.predicted[rows & (originals == name), column]) for column, name in enumerate(functions)}
     sure = ~trial.unsure
     return called | {
-        "objects": int(own.sum()),
-        "unsure": mean(trial.unsure[own]),
-        "wrong_and_sure": mean((wrong & sure)[own]),
-        "right_of_sure": mean(~wrong[own & sure]),
+        "objects": int(rows.sum()),
+        "unsure": mean(trial.unsure[rows]),
+        "wrong_and_sure": mean((wrong & sure)[rows]),
+        "right_of_sure": mean(~wrong[rows & sure]),
     }
 
 

@@ -78,22 +78,24 @@ def corruption_rates(
     copied : int
         So many objects of each function at most, evenly chosen, and twice as many without one.
     """
-    asked = asked_of(learnt, tested, drop_config, copied, jobs, failed)
-    splits = splits_of(asked, None if tested is None else len(learnt.objects), drop_config.seed)
-    read = readings(asked.simulated, drop_config.radii, method)
-    said = {name: as_sure(one, asked).trials([[split] for split in splits]) for name, one in read.items()}
-    labels = labels_of(asked.simulated)
-    of_spheres = rates_of(asked, labels, said.pop(SPHERES))
-    for name, trials in said.items():
-        for kind, rows in rates_of(asked, labels, trials).items():
+    corrupted_set = asked_of(learnt, tested, drop_config, copied, jobs, failed)
+    splits = splits_of(corrupted_set, None if tested is None else len(learnt.objects), drop_config.seed)
+    read = readings(corrupted_set.simulated, drop_config.radii, method)
+    trials_of = {
+        name: as_sure(features, corrupted_set).trials([[split] for split in splits]) for name, features in read.items()
+    }
+    labels = labels_of(corrupted_set.simulated)
+    of_spheres = rates_of(corrupted_set, labels, trials_of.pop(SPHERES))
+    for name, trials in trials_of.items():
+        for kind, rows in rates_of(corrupted_set, labels, trials).items():
             for severity, rates in rows.items():
                 of_spheres[kind][severity].setdefault("baselines", {})[name] = rates
     return of_spheres
 
 
-def as_sure(read: FeatureMethod, asked: CorruptedSet) -> FeatureMethod:
+def as_sure(read: FeatureMethod, corrupted_set: CorruptedSet) -> FeatureMethod:
     """Return what is as sure as it was right about sources that were not learnt, where it learns that at all."""
-    return sure_across_sources(read, asked.simulated.objects) if isinstance(read, ProfileFeatures) else read
+    return sure_across_sources(read, corrupted_set.simulated.objects) if isinstance(read, ProfileFeatures) else read
 
 
 def asked_of(
@@ -145,17 +147,20 @@ def record_of(points: np.ndarray, item: DatasetObject, drop_config: DropConfig) 
     return ObjectRecord(path=item.path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 
 
-def splits_of(asked: CorruptedSet, learnt: int | None, seed: int) -> list[Split]:
+def splits_of(corrupted_set: CorruptedSet, learnt: int | None, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test corrupted clouds of others."""
-    labels = labels_of(asked.simulated)
+    labels = labels_of(corrupted_set.simulated)
     if learnt is not None:
-        return [Split(np.arange(learnt), asked.whole + np.arange(len(asked.originals)))]
-    whole = sources_or_halves(labels.groups[: asked.whole], TRIALS, seed)
-    splits = [Split(one.train, asked.whole + np.flatnonzero(np.isin(asked.originals, one.test))) for one in whole]
+        return [Split(np.arange(learnt), corrupted_set.whole + np.arange(len(corrupted_set.originals)))]
+    whole = sources_or_halves(labels.groups[: corrupted_set.whole], TRIALS, seed)
+    splits = [
+        Split(one.train, corrupted_set.whole + np.flatnonzero(np.isin(corrupted_set.originals, one.test)))
+        for one in whole
+    ]
     return [split for split in splits if len(split.test)]
 
 
-def rates_of(asked: CorruptedSet, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
+def rates_of(corrupted_set: CorruptedSet, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
     """Return the rates of one feature."""
     rows = np.concatenate([trial.rows for trial in trials])
     predicted = np.concatenate([trial.predicted for trial in trials])
@@ -164,14 +169,14 @@ def rates_of(asked: CorruptedSet, labels: Labels, trials: Sequence[Trial]) -> Co
     members = labels.members[rows]
     serves = members.any(axis=1)
     classified = (predicted & members).any(axis=1)
-    kinds = np.array([asked.kinds[row - asked.whole] for row in rows])
+    kinds = np.array([corrupted_set.kinds[row - corrupted_set.whole] for row in rows])
     rates: Corruptions = {}
-    for kind, severity in dict.fromkeys(asked.kinds):
-        own = (kinds == [kind, severity]).all(axis=1)
+    for kind, severity in dict.fromkeys(corrupted_set.kinds):
+        of_kind = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(classified[own & serves]),  # of those with a function, classified as such
-            "unsure": share(unsure[own]),
-            "wrong_and_sure": share((wrong & ~unsure)[own]),
+            "told": share(classified[of_kind & serves]),  # of those with a function, classified as such
+            "unsure": share(unsure[of_kind]),
+            "wrong_and_sure": share((wrong & ~unsure)[of_kind]),
         }
     return rates
 

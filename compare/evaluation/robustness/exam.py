@@ -74,9 +74,9 @@ def main(
 ):
     """Ask a trained model, and compare what it says with the labels."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    asked, trained = joined_datasets(datasets), load_model(model, backend)
-    require_known(f"{asked.name}: label", asked.functions, trained.functions_)
-    dataset, answers = answers_of(asked, failures, backend=backend, model=trained)
+    test_set, trained = joined_datasets(datasets), load_model(model, backend)
+    require_known(f"{test_set.name}: label", test_set.functions, trained.functions_)
+    dataset, answers = answers_of(test_set, failures, backend=backend, model=trained)
     labels = labels_of(dataset)
     trial = Trial(
         learnt=0,

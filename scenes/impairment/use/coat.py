@@ -22,9 +22,9 @@ def coat_over_back(specimen: Specimen, seat: LevelPart, rng: np.random.Generator
     above = points[points[:, 2] > seat.upper + 0.15]
     middle = np.median(above[:, :2] @ across)
     covered = np.abs(above[:, :2] @ across - middle) < wide / 2
-    own = above[covered] if covered.any() else above
-    back = np.column_stack([own[:, :2] @ toward, own[:, 2]])
-    hanging = list(strips(back, max(own[:, 2].max() - down, seat.height + 0.03)))
+    below_coat = above[covered] if covered.any() else above
+    back = np.column_stack([below_coat[:, :2] @ toward, below_coat[:, 2]])
+    hanging = list(strips(back, max(below_coat[:, 2].max() - down, seat.height + 0.03)))
     _, top, front, rear = hanging[0]
     parts = [(front - thick, rear + thick, top, top + thick)]
     for lower, upper, front, rear in hanging:
@@ -46,10 +46,10 @@ def strips(back: np.ndarray, lowest: float) -> Iterator[tuple[float, float, floa
     upper = back[:, 1].max()
     while upper > lowest:
         lower = max(upper - STRIP, lowest)
-        own = back[(back[:, 1] >= lower) & (back[:, 1] <= upper), 0]
-        if len(own):
-            rear = own.max()
-            front = own[own > rear - THICKEST].min()
+        row = back[(back[:, 1] >= lower) & (back[:, 1] <= upper), 0]
+        if len(row):
+            rear = row.max()
+            front = row[row > rear - THICKEST].min()
         yield lower, upper, front, rear
         upper = lower
 

@@ -208,19 +208,19 @@ class Carriage:
             pybullet().removeBody(world.air.pop(slot), **world.engine)
         self.seen = self.seen[~lost]
 
-    def check_paths(self, centers: np.ndarray, asked: np.ndarray):
+    def check_paths(self, centers: np.ndarray, rows: np.ndarray):
         """Count the centres that have come through the object since they were last seen, of those that are asked."""
-        if not asked.any():
+        if not rows.any():
             return
         scale = self.world.scale
         hits = pybullet().rayTestBatch(
-            (scale * self.seen[asked]).tolist(),
-            (scale * centers[asked]).tolist(),
+            (scale * self.seen[rows]).tolist(),
+            (scale * centers[rows]).tolist(),
             collisionFilterMask=OBJECT,
             **self.world.engine,
         )
         self.crossed += sum(body >= 0 for body, *_ in hits)
-        self.seen = np.where(asked[:, None], centers, self.seen)
+        self.seen = np.where(rows[:, None], centers, self.seen)
 
 
 def carry_result(

@@ -74,19 +74,21 @@ def chain(points, order):
 @njit(cache=True, error_model="numpy")
 def standing_out(points, hull, slack):
     """Return the corners of a hull without those that are near the line from the last one kept to the next."""
-    kept = np.empty(len(hull), np.int64)
-    kept[0] = hull[0]
+    corners = np.empty(len(hull), np.int64)
+    corners[0] = hull[0]
     count, last = 1, 0
     for h in range(1, len(hull)):
         # All left away since the last corner kept must be near the new line, too.
         end = hull[(h + 1) % len(hull)]
-        length = math.hypot(points[end, 0] - points[kept[count - 1], 0], points[end, 1] - points[kept[count - 1], 1])
+        length = math.hypot(
+            points[end, 0] - points[corners[count - 1], 0], points[end, 1] - points[corners[count - 1], 1]
+        )
         for m in range(last + 1, h + 1):
-            if abs(cross(points, kept[count - 1], end, hull[m])) > slack * length:
-                kept[count] = hull[h]
+            if abs(cross(points, corners[count - 1], end, hull[m])) > slack * length:
+                corners[count] = hull[h]
                 count, last = count + 1, h
                 break
-    return kept[:count]
+    return corners[:count]
 
 
 @njit(cache=True, error_model="numpy")

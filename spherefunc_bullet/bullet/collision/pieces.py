@@ -54,13 +54,13 @@ def groups(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> Iterato
         if len(free) == 0:
             return
         side_of = grow_sides(vertices, faces[free], times * tolerance)
-        kept = int((np.bincount(side_of) >= least).sum())
-        big = side_of < kept
+        large = int((np.bincount(side_of) >= least).sum())
+        big = side_of < large
         for members in split_by(free[big], side_of[big]):
             yield members, members[:0]
         new = np.column_stack([faces[free[big]].ravel(), np.repeat(side_of[big] + count, 3)])
         owners = np.concatenate([owners, unique_rows(new)])
-        count += kept
+        count += large
         bends, free = bends_between(faces, free[~big], owners, count, len(vertices))
         yield from bends
 

@@ -82,8 +82,8 @@ def read_urdf(source: Source) -> Geometry:
         pose = robot.get_transform(link.name)
         for visual in link.visuals:
             vertices, faces = _part(visual.geometry, read)
-            own = np.eye(4) if visual.origin is None else visual.origin
-            parts.append((transform_points(vertices, pose @ own), faces))
+            T_link_visual = np.eye(4) if visual.origin is None else visual.origin
+            parts.append((transform_points(vertices, pose @ T_link_visual), faces))
             if len(parts) > MAX_PARTS:
                 raise FormatError(f"expected at most {MAX_PARTS:,} visible parts, got more; join them")
     return joined(parts)

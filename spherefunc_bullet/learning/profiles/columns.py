@@ -117,8 +117,8 @@ class SphereColumns:
         """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
         if which.all():
             return self
-        own = {name: getattr(self, name)[which] for name in ("centers", "weights", "tops", "bottoms")}
-        return SphereColumns(**own, radius=self.radius)
+        arrays = {name: getattr(self, name)[which] for name in ("centers", "weights", "tops", "bottoms")}
+        return SphereColumns(**arrays, radius=self.radius)
 
     def mean(self, values: np.ndarray) -> float:
         """Return the mean over columns of what spheres have (S,)."""

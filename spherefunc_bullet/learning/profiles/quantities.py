@@ -227,9 +227,9 @@ class Ranks:
         self.ranks = np.empty(learnt.shape)  # found in order, which is twice as quick
         np.put_along_axis(self.ranks, order.T, ranks_among(self.ordered, self.ordered.T), axis=0)
 
-    def distances(self, asked: np.ndarray) -> np.ndarray:
+    def distances(self, queries: np.ndarray) -> np.ndarray:
         """Return distances (A, N) of objects by their quantities (A, D) from the training objects."""
-        rows = ranks_among(self.ordered, asked)
+        rows = ranks_among(self.ordered, queries)
         parts = [np.abs(some[:, None] - self.ranks[None]).mean(axis=2) for some in blocks_of(rows)]
         return np.vstack(parts) if parts else np.empty((0, len(self.learnt)))
 
@@ -242,7 +242,7 @@ def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return the ranks (A, D) of quantities (A, D) among sorted ones (D, N), 0 to 1; of equal ones the middle."""
     places = [
-        learnt.searchsorted(asked, "left") + learnt.searchsorted(asked, "right")
-        for learnt, asked in zip(ordered, rows.T, strict=True)
+        learnt.searchsorted(queried, "left") + learnt.searchsorted(queried, "right")
+        for learnt, queried in zip(ordered, rows.T, strict=True)
     ]
     return np.column_stack(places) / (2 * ordered.shape[1])

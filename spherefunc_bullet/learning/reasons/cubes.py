@@ -71,10 +71,10 @@ def cube_evidence(classifier: CubeClassifier, settled: DropsByRadius, name: str,
 
 def side_weights(weights: np.ndarray, side: np.ndarray, distances: np.ndarray) -> np.ndarray:
     """Return one side's weights (N,); where the score has none of that side, its nearest stands for it."""
-    own = np.where(side, weights, 0.0)
-    if side.any() and not own.any():
-        own[np.flatnonzero(side)[np.argmin(distances[side])]] = 1.0
-    return own
+    weights_of_side = np.where(side, weights, 0.0)
+    if side.any() and not weights_of_side.any():
+        weights_of_side[np.flatnonzero(side)[np.argmin(distances[side])]] = 1.0
+    return weights_of_side
 
 
 def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -141,8 +141,8 @@ class Facets:
 
     def lowest(self, number: int) -> int:
         """Return the facet of a way to lie on which the centre of mass is lowest, of equal ones the first."""
-        own = self.stable[self.pose_numbers[self.stable] == number]
-        return int(own[np.round(self.heights[own], 6).argmin()])
+        of_pose = self.stable[self.pose_numbers[self.stable] == number]
+        return int(of_pose[np.round(self.heights[of_pose], 6).argmin()])
 
     def nearest(self, down: np.ndarray) -> np.ndarray:
         """Return the resting facet whose normal is nearest to each direction (N, 3) that points down."""

@@ -49,18 +49,18 @@ def rest_at(facets: Facets, facet: int) -> RestState:
     lying = RestState(down=facets.normals[facet])
     if wanders(facets, facet):
         return RestState(down=lying.down, flat=False, rolls=True)
-    own = bottom_of(facets, facet)
-    around = grown(facets, own)
+    bottom = bottom_of(facets, facet)
+    around = grown(facets, bottom)
     farther = grown(facets, around)
-    if len(around) == len(own) or is_foot(facets, own, around) or has_even_middle(facets, own, farther):
+    if len(around) == len(bottom) or is_foot(facets, bottom, around) or has_even_middle(facets, bottom, farther):
         return lying  # the tip of a cone, too, on which nothing stands
     corners = facets.corners[np.unique(facets.triangles[farther])]
-    surface = nearest_surface(corners, facets.normals[own].mean(axis=0))
+    surface = nearest_surface(corners, facets.normals[bottom].mean(axis=0))
     if len(corners) < FEWEST or surface.radius > FLATTEST or surface.misfit > MISFIT:
         return lying
     if abs(surface.rise) < NEUTRAL and surface.roughness < MISFIT:  # a ball; what else wanders has been found
         return RestState(down=lying.down, flat=False, rolls=True)
-    near = (facets.normals[own] @ surface.down).max() > np.cos(np.radians(TURN_DEG / 2))
+    near = (facets.normals[bottom] @ surface.down).max() > np.cos(np.radians(TURN_DEG / 2))
     return RestState(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
 
 
@@ -88,22 +88,22 @@ def bottom_of(facets: Facets, facet: int) -> np.ndarray:
     return np.flatnonzero(np.isin(facets.faces, facets.faces[rests[near]]))
 
 
-def grown(facets: Facets, own: np.ndarray) -> np.ndarray:
+def grown(facets: Facets, bottom: np.ndarray) -> np.ndarray:
     """Return facets (K,) and those to which the hull goes on at a small turn, a face as a whole."""
-    beyond = facets.neighbors[own]
-    smooth = np.einsum("ksi,ki->ks", facets.normals[beyond], facets.normals[own]) > np.cos(np.radians(TURN_DEG))
-    return np.flatnonzero(np.isin(facets.faces, facets.faces[np.append(own, beyond[smooth])]))
+    beyond = facets.neighbors[bottom]
+    smooth = np.einsum("ksi,ki->ks", facets.normals[beyond], facets.normals[bottom]) > np.cos(np.radians(TURN_DEG))
+    return np.flatnonzero(np.isin(facets.faces, facets.faces[np.append(bottom, beyond[smooth])]))
 
 
-def is_foot(facets: Facets, own: np.ndarray, around: np.ndarray) -> bool:
+def is_foot(facets: Facets, bottom: np.ndarray, around: np.ndarray) -> bool:
     """Return whether one of the faces on which a body can rest, of facets (K,), is a foot: larger than those around."""
-    others = np.setdiff1d(facets.faces[around], facets.faces[own])
-    return bool(facets.face_areas[facets.faces[own]].max() > ALIKE * np.median(facets.face_areas[others]))
+    others = np.setdiff1d(facets.faces[around], facets.faces[bottom])
+    return bool(facets.face_areas[facets.faces[bottom]].max() > ALIKE * np.median(facets.face_areas[others]))
 
 
-def has_even_middle(facets: Facets, own: np.ndarray, around: np.ndarray) -> bool:
+def has_even_middle(facets: Facets, bottom: np.ndarray, around: np.ndarray) -> bool:
     """Return whether facets (K,) turn only at the rim of a bottom, as those of a foot do that is not quite level."""
-    lowest = own[facets.heights[own].argmin()]
+    lowest = bottom[facets.heights[bottom].argmin()]
     middle = facets.normals[lowest] * facets.heights[lowest]
     turns = np.einsum("ksi,ki->ks", facets.normals[facets.neighbors[around]], facets.normals[around])
     turns = np.where(turns > np.cos(np.radians(TURN_DEG)), np.arccos(np.clip(turns, -1, 1)), 0.0)

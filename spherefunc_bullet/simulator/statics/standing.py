@@ -97,10 +97,10 @@ def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
     beyond, arms = beyond_support(body, body.center[None, :2]), beyond_support(body, places[:, :2])
     if beyond is None:
         return np.zeros(len(places))
-    own = -beyond[0]
+    body_moment = -beyond[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        loads = np.where(arms > 1e-9, np.maximum(own, 0) * body.mass / arms, np.inf)
-    return loads.min(axis=1) if own.min() > 0 else np.zeros(len(places))
+        loads = np.where(arms > 1e-9, np.maximum(body_moment, 0) * body.mass / arms, np.inf)
+    return loads.min(axis=1) if body_moment.min() > 0 else np.zeros(len(places))
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +186,8 @@ def carried(
     else:
         tipping = np.array([loaded.bearable(place) for place in places])
     carries = np.array([one.stance is Stance.STANDS for one in under]) & (settings.load <= tipping)
-    asked = [k for k, one in enumerate(under) if carries[k] and not one.flat]
-    if let_go is not None and asked:
-        engine = let_go([resting.loaded(settings.load, places[k]) for k in asked])
-        carries[asked] = [one.stance is Stance.STANDS for one in engine]
+    tested = [k for k, one in enumerate(under) if carries[k] and not one.flat]
+    if let_go is not None and tested:
+        engine = let_go([resting.loaded(settings.load, places[k]) for k in tested])
+        carries[tested] = [one.stance is Stance.STANDS for one in engine]
     return carries, tipping
