@@ -36,7 +36,7 @@ class FastSimulator:
             raise InputError(f"backend 'fast': cores: expected 1 to {os.cpu_count()}, got {self.cores}")
 
     def options(self) -> dict:
-        """Return what is not as by default, by name (see `Simulator.options`)."""
+        """Return the options that differ from their defaults, by name (see `Simulator.options`)."""
         return {"flat_angle_deg": self.flat_angle_deg} | {
             field.name: getattr(self, field.name)
             for field in fields(self)
@@ -57,17 +57,17 @@ class FastSimulator:
         started = time.perf_counter()
         short_runs = cloud.cached("the short run of each radius by fast", dict[float, DropRun])
         run = short_runs.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
-        if run is None or not run.begins(settings, self, seed):
+        if run is None or not run.is_prefix_of(settings, self, seed):
             run = DropRun(cloud, settings, self, seed)
-            started += run.get_ready()
-        run.go_on(settings)
+            started += run.prepare_strips()
+        run.continue_run(settings)
         run.seconds += time.perf_counter() - started
         if settings.max_drops is not None and settings.max_drops <= SHORT:
             short_runs[settings.radius] = run
         return run.result(provenance_of(self, settings, seed))
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
-        """Return by statics how a cloud's object can lie (see `SupportsPoses.poses`); nothing is dropped."""
+        """Return the stable poses of an object by statics (see `SupportsPoses.poses`); nothing is dropped."""
         from spherefunc_bullet.simulator.statics.body import body_of
         from spherefunc_bullet.simulator.statics.facets import facets_of, stable_poses
 
@@ -83,7 +83,7 @@ class FastSimulator:
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Return by statics whether a cloud's object stands (see `SupportsStance.stands`)."""
+        """Return by statics whether an object stands (see `SupportsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
         from spherefunc_bullet.simulator.statics.standing import stood
 

@@ -1,4 +1,4 @@
-"""What a sphere touches, and which way that lets it go.
+"""Contacts of a sphere, and the directions in which they let it move.
 
 A contact is the unit normal pointing from what is touched to the sphere. For the cloud it is the normal of
 the plane estimated through the points in contact (paper, §III-A); for a settled sphere, the line of centres.
@@ -115,8 +115,8 @@ def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
 
 
 @inline_jit
-def allowed(normals, count, vx, vy, vz):
-    """Tell whether a motion moves into none of the contacts."""
+def is_allowed(normals, count, vx, vy, vz):
+    """Return whether a motion leads into none of the contacts."""
     for k in range(count):
         if vx * normals[k, 0] + vy * normals[k, 1] + vz * normals[k, 2] < -1e-9:
             return False
@@ -130,7 +130,7 @@ def steepest_descent(normals, count):
     Returns the projection, whose length is the sine of the slope, 0 where the sphere is blocked. Of the
     feasible projections onto one contact's plane or two contacts' line, the longest is nearest to gravity.
     """
-    if allowed(normals, count, 0.0, 0.0, -1.0):
+    if is_allowed(normals, count, 0.0, 0.0, -1.0):
         return 0.0, 0.0, -1.0
     bx = by = bz = 0.0
     longest = 0.0
@@ -140,7 +140,7 @@ def steepest_descent(normals, count):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         vx, vy, vz = nz * nx, nz * ny, nz * nz - 1
         length = -vz
-        if length > longest and allowed(normals, count, vx, vy, vz):
+        if length > longest and is_allowed(normals, count, vx, vy, vz):
             bx, by, bz, longest = vx, vy, vz, length
     for i in range(count):
         for j in range(i):
@@ -152,6 +152,6 @@ def steepest_descent(normals, count):
                 continue
             vx, vy, vz = -az * ax / a2, -az * ay / a2, -az * az / a2
             length = -vz
-            if length > longest and allowed(normals, count, vx, vy, vz):
+            if length > longest and is_allowed(normals, count, vx, vy, vz):
                 bx, by, bz, longest = vx, vy, vz, length
     return bx, by, bz

@@ -1,4 +1,4 @@
-"""One run of the fast backend: what it drops, and when it ends."""
+"""One run of the fast backend: its state, its drops, and when it ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
-from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
+from .grid import BLOCK, enlarged, point_grid, point_spacing, sphere_grid
 from .nearby import MAX_SPHERES, POINT_REACH, Neighbourhood
 from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
@@ -25,14 +25,14 @@ STALLED = 4  # steps that get no lower by which a sphere counts as blocked
 
 
 def empty_neighborhood(point_count: int) -> Neighbourhood:
-    """Return room for the surroundings of any place of a cloud with so many points."""
+    """Return arrays for the neighbourhood of any place of a cloud with this number of points."""
     rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
     scratch = np.empty((MAX_CONTACTS + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
     return Neighbourhood(*rooms, np.full(3, np.inf), *scratch)
 
 
 class RollOptions(Protocol):
-    """What a run reads of its simulator, see `FastSimulator`."""
+    """The options of `FastSimulator` that a run needs."""
 
     cores: int
     as_drawn: bool
@@ -40,7 +40,7 @@ class RollOptions(Protocol):
 
 
 class DropRun:
-    """The state of one run, which can go on: both grids, the tallies, and what the kernel needs beside them."""
+    """The state of one run, which can be continued: both grids, the counts, and scratch arrays of the kernel."""
 
     def __init__(self, cloud: Cloud, settings: DropSettings, how: RollOptions, seed: int):
         self.settings, self.how, self.seed = settings, how, seed
@@ -70,43 +70,43 @@ class DropRun:
 
     @property
     def settled(self) -> int:
-        """How many spheres have settled."""
+        """Number of spheres that have settled."""
         return int(self.state[0])
 
     @property
     def drops(self) -> int:
-        """How many spheres have been dropped."""
+        """Number of spheres that have been dropped."""
         return int(self.state[:4].sum())
 
-    def begins(self, settings: DropSettings, how: RollOptions, seed: int) -> bool:
-        """Tell whether a run is to make the same drops as this one, and more."""
+    def is_prefix_of(self, settings: DropSettings, how: RollOptions, seed: int) -> bool:
+        """Return whether another run begins with the drops of this one."""
         s = self.settings
         same = (s.radius, self.how, self.seed) == (settings.radius, how, seed)
         longer = settings.max_drops is not None and settings.max_drops > self.drops
         return same and longer and settings.miss_limit >= s.miss_limit and settings.max_spheres >= s.max_spheres
 
-    def get_ready(self) -> float:
-        """Have the code for strips compiled or loaded, where there are any; return the seconds that it took."""
+    def prepare_strips(self) -> float:
+        """Compile or load the code for strips, if there are any; return the seconds that it took."""
         started = perf_counter()
         if self.strips is not None:
             self.drop_in_strips(np.empty((0, 2)))
         return perf_counter() - started
 
-    def go_on(self, settings: DropSettings):
-        """Drop spheres until one of the limits is reached; the drops so far are the first ones."""
+    def continue_run(self, settings: DropSettings):
+        """Drop spheres until a limit is reached, in addition to earlier ones."""
         self.settings, ended = settings, False
         while not ended:
             together = 0 if self.strips is None else self.strips.together(self.drops)
             together = min(together, settings.max_spheres - self.settled)
             if together >= FEW:
-                ended = self.drop_in_strips(self.take_columns(together))
+                ended = self.drop_in_strips(self.draw_columns(together))
             else:
                 left = CHUNK if self.strips is None else CHUNK // 4
                 left = left if settings.max_drops is None else min(left, settings.max_drops - self.drops)
-                ended = self.drop_as_drawn(self.take_columns(left))
+                ended = self.drop_in_order(self.draw_columns(left))
 
-    def take_columns(self, count: int) -> np.ndarray:
-        """Draw so many columns (M, 2), those first down which nothing has been dropped yet."""
+    def draw_columns(self, count: int) -> np.ndarray:
+        """Draw a number of columns (M, 2); drawn columns that were not used come first."""
         if len(self.waiting) < count:
             drawn = self.generator.uniform(self.low[:2], self.high[:2], size=(count - len(self.waiting), 2))
             self.waiting = np.concatenate([self.waiting, drawn])
@@ -115,15 +115,15 @@ class DropRun:
         return taken
 
     def reserve(self, count: int):
-        """Make room for so many more settled spheres, and for the blocks that strips keep to spare."""
+        """Make room for a number of settled spheres more, and for the spare blocks of strips."""
         spared = 0 if self.strips is None else BLOCK * max(len(self.strips.spares), count)
         capacity, needed = len(self.on_object), self.settled + count + spared
         if needed > capacity:
-            self.spheres = grown(self.spheres, max(2 * capacity, needed))
+            self.spheres = enlarged(self.spheres, max(2 * capacity, needed))
             self.on_object = np.concatenate([self.on_object, np.zeros(len(self.spheres.centers) - capacity, np.bool_)])
 
-    def drop_as_drawn(self, columns: np.ndarray) -> bool:
-        """Drop a sphere down each of the columns (M, 2), until one of the limits is reached: then return True."""
+    def drop_in_order(self, columns: np.ndarray) -> bool:
+        """Drop a sphere down each of the columns (M, 2) in order; return True as soon as a limit is reached."""
         s, before = self.settings, self.drops
         outcomes = np.empty(len(columns), np.int8)
         limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
@@ -136,7 +136,7 @@ class DropRun:
         return ended or self.drops == s.max_drops
 
     def drop_in_strips(self, columns: np.ndarray) -> bool:
-        """Do as `drop_as_drawn` with so few columns (M, 2) that they cannot settle too many; all are dropped.
+        """Drop a sphere down each of the columns (M, 2), strip by strip; they are too few to exceed the sphere limit.
 
         Misses in a row are counted in the order in which the columns were drawn.
         """
@@ -159,7 +159,7 @@ class DropRun:
         return Stop.SPHERE_LIMIT if self.state[0] >= self.settings.max_spheres else Stop.DROP_LIMIT
 
     def result(self, provenance: dict[str, Any]) -> DropResult:
-        """Return what has come of the run so far."""
+        """Return the result of the run so far."""
         settled, rolled_off, rejected, timed_out, _ = self.state.tolist()
         return DropResult(
             centers=self.spheres.centers[:settled].copy(),
@@ -176,7 +176,7 @@ class DropRun:
 
 
 def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
-    """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
+    """Return the lengths of the roller, derived from the radius and the spacing of the cloud, metres."""
     gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
     sink = radius - math.sqrt(radius * radius - gap * gap)
     return RollShape(

@@ -1,18 +1,18 @@
-"""Spheres are dropped one after another until 50 in a row were not placed (paper, §III-A)."""
+"""Dropping: one sphere after another, until 50 in a row were not placed (paper, §III-A)."""
 
 from __future__ import annotations
 
 from .falling import fall
 from .grid import insert
 from .kernels import entry_jit, inline_jit
-from .nearby import in_strip
+from .nearby import is_in_strip
 from .rolling import ASTRAY, SETTLED, roll
 
 
 @inline_jit
 def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
     """Drop a sphere down a column; return x, y, z, the outcome and whether it rests on the object itself."""
-    if not in_strip(nearby, x, y):
+    if not is_in_strip(nearby, x, y):
         return x, y, 0.0, ASTRAY, False
     # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
     # one that rolls off it was two higher still.
@@ -21,8 +21,8 @@ def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
 
 
 @inline_jit
-def take_in(spheres, x, y, z, outcome, touching, state, on_object):
-    """Enter what became of a sphere: its place, if it has settled, and the tallies."""
+def record_outcome(spheres, x, y, z, outcome, touching, state, on_object):
+    """Record the outcome of a drop: in the counts, and in the grid if the sphere has settled."""
     state[outcome] += 1
     if outcome != SETTLED:
         state[4] += 1
@@ -70,5 +70,5 @@ def drop_spheres(
         x, y = columns[k, 0], columns[k, 1]
         x, y, z, outcome, touching = drop_one(points, spheres, nearby, x, y, radius, shape, low, high)
         outcomes[k] = outcome
-        take_in(spheres, x, y, z, outcome, touching, state, on_object)
+        record_outcome(spheres, x, y, z, outcome, touching, state, on_object)
     return state[4] >= miss_limit or state[0] >= limit

@@ -1,4 +1,4 @@
-"""A sphere falls straight down until it touches points or settled spheres (paper, §III-A)."""
+"""Falling: a sphere falls straight down until it touches points or settled spheres (paper, §III-A)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .grid import BLOCK, cell_index, columns_around, falls_past_points
 from .kernels import inline_jit
-from .nearby import DEPTH, knows_fall
+from .nearby import DEPTH, covers_fall
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
@@ -112,7 +112,7 @@ def fall(points, spheres, x, y, z, radius):
 
 @inline_jit
 def fall_to(points, spheres, x, y, z, radius, best):
-    """Do as `fall` where it is known that the sphere touches at the height ``best`` <= z, if not before."""
+    """Return the same as `fall` when the sphere is known to touch at the height ``best`` <= z at the latest."""
     best, clear = fall_on_spheres(spheres, x, y, z, radius, best)
     if not clear or falls_past_points(spheres, x, y, z, best):
         return best, clear
@@ -120,21 +120,21 @@ def fall_to(points, spheres, x, y, z, radius, best):
 
 
 @inline_jit
-def short_fall(points, spheres, nearby, x, y, z, radius):
-    """Do as `fall`, looking only at what is nearby unless the fall leads beyond that."""
+def fall_nearby(points, spheres, nearby, x, y, z, radius):
+    """Return the same as `fall`, from the neighbourhood only unless the fall leads beyond it."""
     around, near = nearby.spheres, nearby.counts[1]
     best, clear = fall_on_nearby(around, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
     if clear:
         around, near = nearby.points, nearby.counts[0]
         best, clear = fall_on_nearby(around, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
-    if clear and z - best > DEPTH * radius and not knows_fall(nearby, x, y, z, best, radius):
+    if clear and z - best > DEPTH * radius and not covers_fall(nearby, x, y, z, best, radius):
         return fall_to(points, spheres, x, y, z, radius, best)
     return best, clear
 
 
 @inline_jit
 def stands_on_floor(points, x, y, radius):
-    """Tell whether the object has a floor at ground level under a sphere that came down to z = 0.
+    """Return whether the object has a floor at ground level under a sphere that came down to z = 0.
 
     Single-sheet models have one; a sphere beside a leg is farther from the leg's foot than this.
     """

@@ -1,4 +1,4 @@
-"""Uniform grids that answer "what is near this sphere?" for the cloud and for the settled spheres.
+"""Uniform grids for neighbour search in the cloud and among the settled spheres.
 
 Both are dense over the bounding box and cut into vertical columns, because a sphere falls along one.
 """
@@ -138,7 +138,7 @@ def find_nearest(points, chosen, nearest):
 
 @inline_jit
 def gap_to(place, cell, side, count):
-    """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less.
+    """Return the distance of a place to a cell along one axis, metres from the edge of the grid, rounded down.
 
     Of ``count`` cells; there is no way to others.
     """
@@ -170,7 +170,7 @@ def sphere_grid(
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return room for so many spheres: centres, and blocks."""
+    """Return arrays for a number of spheres: centres and blocks."""
     numbers = (columns + capacity // BLOCK) * 4 * BLOCK
     room = np.empty(numbers + CACHE_LINE)
     skipped = -(room.ctypes.data // room.itemsize) % CACHE_LINE  # so that a block is two lines of the cache, not three
@@ -192,7 +192,7 @@ def mark_near_points(points, near, low, per_metre, reach, mark):
                     near[a, b, c] = mark
 
 
-def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
+def enlarged(spheres: SphereGrid, capacity: int) -> SphereGrid:
     """Return the grid with room for more spheres."""
     room = sphere_rows(spheres.nx * spheres.ny, capacity)
     for new, old in zip(room, spheres, strict=False):
@@ -233,7 +233,7 @@ def columns_around(grid, x, y, reach):
 
 @inline_jit
 def may_touch_points(spheres, x, y, z):
-    """Tell whether a sphere centred here can be near the cloud at all."""
+    """Return whether a sphere centred here can be near the cloud at all."""
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((z - spheres.bottom) * spheres.per_metre)
@@ -244,7 +244,7 @@ def may_touch_points(spheres, x, y, z):
 
 @inline_jit
 def falls_past_points(spheres, x, y, high, low):
-    """Tell whether the cloud is too far away to stop a sphere whose centre comes down from ``high`` to ``low``."""
+    """Return whether the cloud is too far away to stop a sphere whose centre falls from ``high`` to ``low``."""
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((low - spheres.bottom) * spheres.per_metre)

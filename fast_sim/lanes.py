@@ -19,7 +19,7 @@ MOST_LANES = 8
 
 
 def near_of(lanes: int) -> Callable[..., Any]:
-    """Return what tells which of so many points are near a place, for kernels to call.
+    """Return a compiled function that finds which of a number of points are near a place, for kernels.
 
     It takes an array, the element at which their x begin, how many elements later their y begin, and again their z;
     then x, y and z of the place, and the square of how far is near. Bit k of the uint64 that it returns is point k's.

@@ -1,4 +1,4 @@
-"""What lies around a rolling sphere, copied once and used for several steps.
+"""The neighbourhood of a rolling sphere, copied once and used for several steps.
 
 A step looks four times at its surroundings. Copied side by side they are read from the nearest cache, and one
 search of the grids serves until the sphere has rolled away from where it was made.
@@ -38,15 +38,15 @@ class Neighbourhood(NamedTuple):
 
 
 @inline_jit
-def in_strip(nearby, x, y):
-    """Tell whether it may be looked around at (x, y)."""
+def is_in_strip(nearby, x, y):
+    """Return whether (x, y) is inside the strip."""
     strip = nearby.strip
     return (strip[0] <= x) & (x <= strip[1]) & (strip[2] <= y) & (y <= strip[3])
 
 
 @inline_jit
-def look_around(points, spheres, nearby, x, y, z, radius):
-    """Fill the surroundings of (x, y, z)."""
+def fill_neighbourhood(points, spheres, nearby, x, y, z, radius):
+    """Fill the neighbourhood of (x, y, z)."""
     nearby.place[0], nearby.place[1], nearby.place[2] = x, y, z
     nearby.counts[0] = 0
     if may_touch_points(spheres, x, y, z):
@@ -55,16 +55,16 @@ def look_around(points, spheres, nearby, x, y, z, radius):
 
 
 @inline_jit
-def still_serves(nearby, x, y, z, radius):
-    """Tell whether a sphere at (x, y, z) is near enough to where its surroundings were searched."""
+def still_valid(nearby, x, y, z, radius):
+    """Return whether the neighbourhood is still valid for a sphere at (x, y, z)."""
     dx, dy, dz = x - nearby.place[0], y - nearby.place[1], z - nearby.place[2]
     slack = SLACK * radius
     return dx * dx + dy * dy + dz * dz < slack * slack
 
 
 @inline_jit
-def knows_fall(nearby, x, y, high, low, radius):
-    """Tell whether all that a sphere can touch that falls from ``high`` to ``low`` is nearby."""
+def covers_fall(nearby, x, y, high, low, radius):
+    """Return whether the neighbourhood contains all that a sphere falling from ``high`` to ``low`` can touch."""
     dx, dy, above, below = x - nearby.place[0], y - nearby.place[1], high - nearby.place[2], low - nearby.place[2]
     known = KNOWN * radius
     return dx * dx + dy * dy + max(above * above, below * below) < known * known
@@ -145,7 +145,7 @@ def copy_near_spheres(blocks, near, pending, copied, count):
 
 @entry_jit
 def touches_points(points, x, y, z, reach):
-    """Tell whether a point is within ``reach`` of (x, y, z)."""
+    """Return whether a point is within ``reach`` of (x, y, z)."""
     first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     top = cell_index(points.top - z - reach, points.per_metre, points.nz)
     bottom = cell_index(points.top - z + reach, points.per_metre, points.nz)

@@ -1,4 +1,4 @@
-"""A sphere in contact rolls downhill until it is blocked, is on a flat surface, or leaves the object (§III-A)."""
+"""Rolling: a sphere in contact rolls downhill until it is blocked, on a flat surface, or off the object (§III-A)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
-from .falling import TIGHT_POINT, short_fall, stands_on_floor
+from .falling import TIGHT_POINT, fall_nearby, stands_on_floor
 from .kernels import inline_jit
-from .nearby import STRIDE, in_strip, look_around, still_serves, touches_points
+from .nearby import STRIDE, fill_neighbourhood, is_in_strip, still_valid, touches_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 ASTRAY = 4  # has left its strip, see `strips`
@@ -65,7 +65,7 @@ def step(points, spheres, nearby, x, y, z, radius, shape):
         nx += shape.bump * normals[0, 0]
         ny += shape.bump * normals[0, 1]
         nz += shape.bump * normals[0, 2]
-    height, clear = short_fall(points, spheres, nearby, nx, ny, nz, radius)
+    height, clear = fall_nearby(points, spheres, nearby, nx, ny, nz, radius)
     if not clear:
         return x, y, z, False
     return nx, ny, height, True
@@ -77,7 +77,7 @@ def rest(points, nearby, x, y, z, radius, low, high):
 
     Resting on spheres alone counts only within the object's bounding box (paper, §III-A).
     """
-    if still_serves(nearby, x, y, z, radius):
+    if still_valid(nearby, x, y, z, radius):
         on_object = nearest_point(nearby.points, nearby.counts[0], x, y, z, 1.01 * radius)[0] >= 0
     else:
         on_object = touches_points(points, x, y, z, 1.01 * radius)
@@ -118,16 +118,16 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
             if stands_on_floor(points, x, y, radius):
                 return x, y, z, SETTLED, True
             return x, y, z, ROLLED_OFF, False
-        if not still_serves(nearby, x, y, z, radius):
-            if not in_strip(nearby, x, y):
+        if not still_valid(nearby, x, y, z, radius):
+            if not is_in_strip(nearby, x, y):
                 return x, y, z, ASTRAY, False
-            look_around(points, spheres, nearby, x, y, z, radius)
+            fill_neighbourhood(points, spheres, nearby, x, y, z, radius)
         x, y, z, moved = step(points, spheres, nearby, x, y, z, radius, shape)
         stalled = stalled + 1 if z > lowest - 0.002 * radius else 0
         lowest = min(lowest, z)
         if not moved or stalled >= shape.stalled:
             outcome, on_object = rest(points, nearby, x, y, z, radius, low, high)
-            if on_object and still_serves(nearby, x, y, z, radius):
+            if on_object and still_valid(nearby, x, y, z, radius):
                 z = height_on_plane(nearby, x, y, z, radius, shape)
             return x, y, z, outcome, on_object
     return x, y, z, TIMED_OUT, False

@@ -1,4 +1,4 @@
-"""The drops on a large object, in strips that know nothing of each other: sooner, and on several cores.
+"""The drops on a large object, in independent strips: faster, and on several cores.
 
 Some thousand spheres are dropped together. The object is cut into strips across its length; each sphere that keeps to
 its own strip is dropped there, one after another with its neighbours, so that what one reads is still in the cache for
@@ -23,7 +23,7 @@ from .rolling import ASTRAY, SETTLED
 
 LARGE = 2000  # columns of an object that is worth it
 SHARE = 0.5  # of the columns, spheres dropped together: few of them come near each other
-PACE = 2.0  # where half of them settle so many are dropped together, and fewer where fewer do
+PACE = 2.0  # where half of them settle this many are dropped together, and fewer where fewer do
 OF_ALL = 1 / 8  # of the drops so far, at most
 WIDE = 100  # columns of a strip; one of a quarter as many at least is cut in two
 TILE = 12  # radii: the side of the squares that are filled one after another
@@ -31,7 +31,7 @@ EVERYWHERE = (-np.inf, np.inf, -np.inf, np.inf)
 
 
 class DropEnds(NamedTuple):
-    """What became of spheres that were dropped together."""
+    """The results of spheres that were dropped together."""
 
     centers: np.ndarray  # (M, 3) where they ended, metres
     outcomes: np.ndarray  # (M,) int8
@@ -63,7 +63,7 @@ def drop_in_strip(points, spheres, nearby, columns, order, radius, shape, low, h
 
 
 class Strips:
-    """How an object is cut, and what its strips need beside its grids: scratch for each core, and spare blocks."""
+    """The strips of an object, with scratch arrays for each core and spare blocks."""
 
     def __init__(self, spheres: SphereGrid, radius: float, nearbies: Sequence[Neighbourhood]):
         self.radius, self.low = radius, np.array([spheres.left, spheres.front])
@@ -74,8 +74,8 @@ class Strips:
         self.spares = np.empty(0, np.uint32)
         self.nearbies, self.threads = nearbies, ThreadPoolExecutor(len(nearbies))  # which begin with the first task
         cuts = [
-            (0, cuts_of(spheres.left, spheres.cell, spheres.nx)),
-            (1, cuts_of(spheres.front, spheres.cell, spheres.ny)),
+            (0, strip_cuts(spheres.left, spheres.cell, spheres.nx)),
+            (1, strip_cuts(spheres.front, spheres.cell, spheres.ny)),
         ]
         cuts.sort(key=lambda cut: -len(cut[1]))
         self.rounds = [*cuts, (0, np.empty(0))]  # along which axis it is cut, and where; last, not at all
@@ -83,8 +83,8 @@ class Strips:
     def drop(self, points: PointGrid, spheres: SphereGrid, columns: np.ndarray, *how: object) -> DropEnds:
         """Drop a sphere down each of the columns (M, 2); ``how`` are the radius, the shape and the box."""
         ends = DropEnds(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
-        self.find_spares(spheres, len(columns))
-        left = self.by_tiles(columns)
+        self.reserve_spares(spheres, len(columns))
+        left = self.tile_order(columns)
         for axis, cuts in self.rounds:
             strips = np.searchsorted(cuts, columns[left, axis])
             orders = [left[strips == strip] for strip in range(len(cuts) + 1)]
@@ -98,14 +98,14 @@ class Strips:
         return ends
 
     def together(self, drops: int) -> int:
-        """Return how many spheres to drop together after so many drops.
+        """Return the number of spheres to drop together after a number of drops.
 
         The nearer the end, at which few settle, the fewer, since a run ends only after all of them.
         """
         return int(min(drops * OF_ALL, self.most * min(1.0, PACE * self.settling)))
 
     def bounds(self, axis: int, cuts: np.ndarray) -> np.ndarray:
-        """Return where spheres of each strip may be, left, right, front and back (S, 4), metres."""
+        """Return the bounds of each strip, left, right, front and back (S, 4), metres."""
         bounds = np.tile(EVERYWHERE, (len(cuts) + 1, 1))
         bounds[1:, 2 * axis], bounds[:-1, 2 * axis + 1] = cuts + self.margin, cuts - self.margin
         return bounds
@@ -121,28 +121,28 @@ class Strips:
         orders: Sequence[np.ndarray],
         core: int,
     ):
-        """Drop the spheres of all strips that are a core's, every so many one."""
+        """Drop the spheres of all strips of one core."""
         nearby, cores = self.nearbies[core], len(self.nearbies)
         for strip in range(core, len(orders), cores):
             nearby.strip[:] = bounds[strip]
             drop_in_strip(points, spheres, nearby, columns, orders[strip], *how, self.spares, *ends)
 
-    def find_spares(self, spheres: SphereGrid, count: int):
-        """Have a block for each of so many spheres; those that were not needed before serve again."""
+    def reserve_spares(self, spheres: SphereGrid, count: int):
+        """Reserve a block for each of a number of spheres; unused ones are used again."""
         free = self.spares[self.spares > 0]
         new = np.arange(spheres.used[0], spheres.used[0] + max(0, count - len(free)), dtype=np.uint32)
         spheres.used[0] += len(new)
         self.spares = np.concatenate([free, new])
 
-    def by_tiles(self, columns: np.ndarray) -> np.ndarray:
-        """Return an order (M,) of columns (M, 2) that goes from tile to tile, to and fro."""
+    def tile_order(self, columns: np.ndarray) -> np.ndarray:
+        """Return the order (M,) of columns (M, 2) that goes from tile to tile, back and forth."""
         across, along = ((columns - self.low) / (TILE * self.radius)).astype(np.int64).T
         rows = along.max(initial=0) + 1
         tiles = across * rows + np.where(across % 2, rows - 1 - along, along)
         return np.argsort(tiles.astype(np.min_scalar_type(tiles.max(initial=0))), kind="stable")
 
 
-def cuts_of(start: float, cell: float, count: int) -> np.ndarray:
-    """Return where so many columns along an axis are cut into strips, metres."""
+def strip_cuts(start: float, cell: float, count: int) -> np.ndarray:
+    """Return where this many columns along an axis are cut into strips, metres."""
     strips = max(count // WIDE, 2 if count > WIDE // 4 else 1)
     return start + cell * count / strips * np.arange(1, strips)

@@ -82,7 +82,7 @@ def processor_seconds(command: Sequence[str], cache: Path) -> float:
 
 
 def print_answers(
-    backend: Annotated[str, typer.Option(help="Whose model, one that ships, is asked.")] = "fast",
+    backend: Annotated[str, typer.Option(help="Simulator whose model of the package is used.")] = "fast",
     repeats: Repeats = 5,
 ):
     """Print the processor time of an import and of `classify` in a new process, and of each step of a label."""
@@ -171,7 +171,7 @@ def time_mechanics(repeats: Repeats = 3):
 
 
 def some_points(scan: Scan, count: int) -> Scan:
-    """Return a scan with at most so many of its points."""
+    """Return a scan with at most this many of its points."""
     if count >= len(scan):
         return scan
     chosen = np.sort(np.random.default_rng(0).permutation(len(scan))[:count])
@@ -181,8 +181,10 @@ def some_points(scan: Scan, count: int) -> Scan:
 
 def time_scenes(
     data: Annotated[Path, typer.Argument(help="Folder of scans.")],
-    points: Annotated[int, typer.Option(help="Take at most so many points, and leave out what has fewer.")] = 300_000,
-    only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
+    points: Annotated[
+        int, typer.Option(help="Number of points of an object; objects with fewer are left out.")
+    ] = 300_000,
+    only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
 ):
     """Print the seconds of recognition, stage by stage: of the fastest turn of each scan, by the clock."""
     model, table = load_model(shipped_model("fast", scans=True)), []

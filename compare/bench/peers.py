@@ -64,7 +64,7 @@ class NaiveRun:
 
 
 def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRun:
-    """Drop spheres of a radius in metres on a mesh until so many seconds or drops are over.
+    """Drop spheres of a radius in metres on a mesh until this many seconds or drops are over.
 
     For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
     """
@@ -235,8 +235,8 @@ def print_peers(case: Case, drops: int):
 
 
 def compare_peers(
-    drops: Annotated[int, typer.Option(min=10, help="Spheres that each drops.")] = DROPS,
-    objects: Annotated[str, typer.Option(help="Objects, comma-separated.")] = "mug,table,chair",
+    drops: Annotated[int, typer.Option(min=10, help="Number of spheres that each drops.")] = DROPS,
+    objects: Annotated[str, typer.Option(help="Objects, separated by commas.")] = "mug,table,chair",
 ):
     """Print the tables of docs/speed.md."""
     use_one_core()

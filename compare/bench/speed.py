@@ -108,10 +108,10 @@ def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
 
 
 def print_speed(
-    quick: Annotated[bool, typer.Option("--quick", help="One run of each, without the sofa.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Run each benchmark once, without the sofa.")] = False,
     backends: Backends = "fast,bullet",
     file: Annotated[Path | None, typer.Option(help="Measure this file instead.")] = None,
-    radius: Annotated[str, typer.Option(help="Of the spheres on --file.")] = "5mm",
+    radius: Annotated[str, typer.Option(help="Radius of the spheres on --file.")] = "5mm",
     json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout instead of tables.")] = False,
 ):
     """Print the simulators' speed on one core; with the name of another bench, that one (see its --help)."""

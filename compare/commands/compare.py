@@ -22,29 +22,34 @@ if TYPE_CHECKING:
 def compare(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder, a catalogue's name, or an experiment.toml.")],
     backends: Annotated[
-        str | None, typer.Option(help="Such as fast,bullet:mesh,bullet:voxel. Default: fast,bullet, those installed.")
+        str | None,
+        typer.Option(help="Simulators, such as fast,bullet:mesh,bullet:voxel. Default: fast,bullet, if installed."),
     ] = None,
     shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
     radii: Annotated[
         list[str] | None,
-        typer.Option(help="Such as 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: the method's."),
+        typer.Option(
+            help="Sphere radii: 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: of the method."
+        ),
     ] = None,
-    trials: Annotated[int | None, typer.Option(min=1, help="Random equal splits. Default: 10.")] = None,
+    trials: Annotated[int | None, typer.Option(min=1, help="Number of random equal splits. Default: 10.")] = None,
     methods: Annotated[
         str | None,
-        typer.Option("--methods", "--method", help="profile, or cubes, paper or both; the first is in the tables."),
+        typer.Option("--methods", "--method", help="profile; or cubes, paper or both; tables show the first."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of spheres and splits. Default: 0.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Random seed of drops and splits. Default: 0.")] = None,
     repeated: Annotated[
         int | None,
-        typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
+        typer.Option(
+            min=1, help="Number of objects simulated with a second seed. Default: all if that is fast, else 40."
+        ),
     ] = None,
     copied: Annotated[
         int | None,
-        typer.Option(min=0, help="Objects of each function of which impaired copies are asked about. Default: 4."),
+        typer.Option(min=0, help="Number of objects of each function with impaired copies. Default: 4."),
     ] = None,
     tasks: Annotated[
-        str | None, typer.Option(help="labels, and of poses, standing, keeping and places what else. Default: labels.")
+        str | None, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places. Default: labels.")
     ] = None,
     task_objects: Annotated[
         int | None, typer.Option(min=1, help="Maximum number of objects for each task other than labels. Default: 100.")
@@ -53,13 +58,13 @@ def compare(
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
     ] = None,
     miss_limit: MissLimit = None,
-    up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
-    units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
+    up: Annotated[str | None, typer.Option(help="Axis of the files that points up. Default: z.")] = None,
+    units: Annotated[str | None, typer.Option(help="Unit of the files' coordinates. Default: m.")] = None,
     jobs: Jobs = -1,
     run: RunDir = None,
     json: Json = False,
 ):
-    """Compare simulators on the same objects: how well they tell functions, at what cost, and whether they agree."""
+    """Compare simulators on the same objects: accuracy of classification, cost, and agreement."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
 
@@ -105,7 +110,7 @@ def compare(
 
 @contextmanager
 def going_on(run: Path | None) -> Iterator[None]:
-    """Say, where the user interrupts what is within, what is kept and how it goes on."""
+    """On an interruption, print what is saved and how to continue."""
     try:
         yield
     except KeyboardInterrupt:

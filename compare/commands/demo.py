@@ -12,12 +12,12 @@ from spherefunc_bullet.console import show
 
 def demo(
     live: Annotated[bool, typer.Option("--live", help="Serve a page with sliders instead (extra `viser`).")] = False,
-    port: Annotated[int, typer.Option(help="Of the page, on this machine alone.")] = 8080,
-    out: Annotated[Path, typer.Option(help="Folder for the report and all else that is written.")] = Path("demo"),
-    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres of the report.")] = "fast",
-    jobs: Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")] = -1,
+    port: Annotated[int, typer.Option(help="Port of the page, on this machine only.")] = 8080,
+    out: Annotated[Path, typer.Option(help="Folder for the report and all other files.")] = Path("demo"),
+    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
+    jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = -1,
 ):
-    """Show what it can do: a report on the built-in catalogue, or with --live a page on which to try objects."""
+    """Write a report on the built-in catalogue, or with --live serve a page on which to try objects."""
     if live:
         from ..demo.live import serve
 

@@ -29,9 +29,9 @@ def evaluate(
             metavar="DATA...", help="Folders with manifest.csv, or names of catalogues; several with --test."
         ),
     ],
-    test: Annotated[str | None, typer.Option(help="Learn on all of DATA and test on this data set.")] = None,
-    trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
-    train_sizes: Annotated[str, typer.Option(help="Training examples, such as 20,45,half.")] = TRAIN_SIZES,
+    test: Annotated[str | None, typer.Option(help="Train on all of DATA and test on this data set.")] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Number of random equal splits.")] = 10,
+    train_sizes: Annotated[str, typer.Option(help="Numbers of training examples, such as 20,45,half.")] = TRAIN_SIZES,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     impaired: Annotated[
@@ -120,7 +120,7 @@ def evaluate(
 
 
 def require_sensible(data: list[str], test: str | None, impaired: bool, corruptions: bool, picture: Path | None):
-    """Raise InputError for options that do not go together, before the spheres fall, which may take hours."""
+    """Raise InputError for incompatible options, before the simulation, which may take hours."""
     from ..figures.impaired_picture import require_ending
 
     if picture is not None and impaired == corruptions:

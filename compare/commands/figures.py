@@ -22,8 +22,8 @@ SIZES = "20,45,85"  # the paper's
 def figures(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
     out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("figures"),
-    trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
-    train_sizes: Annotated[str, typer.Option(help="Training examples of the confusion matrices.")] = SIZES,
+    trials: Annotated[int, typer.Option(min=1, help="Number of random equal splits.")] = 10,
+    train_sizes: Annotated[str, typer.Option(help="Numbers of training examples for the confusion matrices.")] = SIZES,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = "cubes",
@@ -58,7 +58,7 @@ def figures(
 
 
 def require_splittable(dataset: Dataset, train_sizes: str):
-    """Raise InputError before the spheres fall, which may take hours, if no figure could be drawn from them."""
+    """Raise InputError if no figure could be drawn, before the simulation, which may take hours."""
     from spherefunc_bullet.batch.simulated import Simulated
 
     from ..evaluation.protocol import fitting_sizes, labels_of, require_enough

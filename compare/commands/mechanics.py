@@ -19,13 +19,17 @@ if TYPE_CHECKING:
 
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
-    backends: Annotated[str, typer.Option(help="Which are asked; what one cannot do is said.")] = "fast,bullet",
-    tasks: Annotated[str, typer.Option(help="Of poses, standing, keeping and places.")] = "poses,standing,keeping",
-    count: Annotated[int | None, typer.Option(min=1, help="Objects of each task at most, evenly chosen.")] = 100,
-    model: Annotated[Path | None, typer.Option(help="Which ranks poses; without one, the model that ships.")] = None,
+    backends: Annotated[
+        str, typer.Option(help="Simulators to measure; what one cannot do is reported.")
+    ] = "fast,bullet",
+    tasks: Annotated[str, typer.Option(help="Some of poses, standing, keeping, places.")] = "poses,standing,keeping",
+    count: Annotated[int | None, typer.Option(min=1, help="Maximum number of objects for each task.")] = 100,
+    model: Annotated[
+        Path | None, typer.Option(help="Model that ranks poses. Default: the model that comes with the package.")
+    ] = None,
     json: Json = False,
 ):
-    """Measure poses found, sound furniture distinguished from sawn, and vessels classified by what they keep."""
+    """Measure how well simulators find poses, detect sawn furniture, and classify vessels by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
     from spherefunc_bullet.settling.cached_runs import LoadOptions
@@ -41,7 +45,7 @@ def mechanics(
 
 
 def print_measured(found: TaskReports):
-    """Print what backends did of each task, and in one sentence each what fidelity buys."""
+    """Print the results of backends for each task, and a sentence on the benefit of the dearer one."""
     from ..mechanics.measures import sentences
 
     for task, unable in found.unable.items():
@@ -74,7 +78,7 @@ def print_pose_scores(scores: list[PoseScore]):
 
 
 def print_verdicts(title: str, first: str, scores: Sequence[ScoredAnswers]):
-    """Print how well backends tell what works from what does not, and what was misclassified."""
+    """Print how well backends distinguish what works from what does not, and what was misclassified."""
     rows = [
         [one.score.backend, str(one.score.asked)]
         + [f"{value:.3f}" for value in (one.score.f_measure, one.score.precision, one.score.recall)]
@@ -87,7 +91,7 @@ def print_verdicts(title: str, first: str, scores: Sequence[ScoredAnswers]):
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
-    """Print how well sound furniture is distinguished from sawn, and in how much two backends agree."""
+    """Print how well sound furniture is distinguished from sawn, and how far two backends agree."""
     print_verdicts("Furniture whole, with a leg sawn off, with its legs cut askew: is it sound?", "standing", scores)
     if same is not None:
         show(

@@ -29,7 +29,7 @@ def rooms(
     ] = None,
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 12,
     views: Annotated[str, typer.Option(help="Scans of each room: fused views, or whole surfaces.")] = "whole,1,2,3,5",
-    noise: Annotated[str, typer.Option(help="Noise of the views, in times a Kinect's, such as 0,1,2.")] = "1",
+    noise: Annotated[str, typer.Option(help="Noise of the views as multiples of a Kinect's, such as 0,1,2.")] = "1",
     lived_in: LivedInText = None,
     fused: Fused = None,
     points: Points = None,
@@ -37,7 +37,7 @@ def rooms(
     completion: Completion = None,
     proposals: Proposals = None,
     cut_out: Annotated[
-        bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
+        bool, typer.Option("--cut-out", help="Also classify objects cut out by the ground truth.")
     ] = False,
     backend: Backend = "fast",
     radii: Radii = None,
@@ -47,7 +47,7 @@ def rooms(
     jobs: Jobs = -1,
     json: Json = False,
 ):
-    """Furnish virtual rooms, scan them, take the scans apart, and compare with the truth."""
+    """Scan virtual rooms, segment and classify the scans, and compare with the ground truth."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.learning.method import find_method

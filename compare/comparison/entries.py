@@ -233,7 +233,7 @@ def dropped_twice(entry: ComparedRun) -> dict[int, ObjectRecord]:
 
 
 def evenly(objects: Sequence[Item], count: int) -> tuple[Item, ...]:
-    """Return so many objects, evenly spread over their order."""
+    """Return this many objects, evenly spread over their order."""
     chosen = np.linspace(0, len(objects) - 1, count).round().astype(int)
     return tuple(objects[i] for i in np.unique(chosen))
 

@@ -3,7 +3,7 @@
     python -m spherefunc_bullet.compare.demo.animation --out docs/images/drops.gif
 
 A sphere is drawn falling straight down to where it came to rest. The scores are those of the model that ships, asked
-after so many drops at each of its radii.
+after this many drops at each of its radii.
 """
 
 from __future__ import annotations

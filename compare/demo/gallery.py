@@ -106,8 +106,8 @@ def write_png(image: Image.Image, path: Path) -> Path:
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the PNG files.")] = Path("docs/images"),
-    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres.")] = "fast",
-    beside: Annotated[str, typer.Option(help="Which one is shown beside it.")] = "bullet",
+    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
+    beside: Annotated[str, typer.Option(help="Simulator that is shown next to it.")] = "bullet",
 ):
     """Write the pictures and say where they are."""
     side_by_side = write_side_by_side(out, [backend, beside])

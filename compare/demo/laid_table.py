@@ -71,7 +71,7 @@ def said(answer: sf.Answer) -> str:
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the PNG file.")] = Path("docs/images"),
-    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres.")] = "fast",
+    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
 ):
     """Write the picture and say where it is."""
     path = write_png(draw_laid_table(backend), out / "laid_table.png")

@@ -66,10 +66,10 @@ def main(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME...]", help="Measurements, tables, documents.")
     ] = None,
-    check: Annotated[bool, typer.Option("--check", help="Change nothing; say what is older than its code.")] = False,
-    every: Annotated[bool, typer.Option("--all", help="Measure what is as old as its code again, too.")] = False,
-    write: Annotated[bool, typer.Option("--write", help="Measure nothing; write what saved results say.")] = False,
-    keep: Annotated[str | None, typer.Option(help="Keep tables that are older than their code, and say why.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Only print which results are older than their code.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Also measure results again that are up to date.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Only write tables from saved results.")] = False,
+    keep: Annotated[str | None, typer.Option(help="Keep tables that are older than their code, and print why.")] = None,
     root: Annotated[Path, typer.Option(help="The repository.")] = Path(),
 ):
     """Keep the tables of README and docs as old as the code that they measure."""

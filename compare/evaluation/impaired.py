@@ -151,7 +151,7 @@ def impaired_copies(
     drop_configs : sequence of Dropping
         How spheres fall; the seed of the first is that of the copies too.
     copied : int
-        Of each function so many objects at most have copies, evenly chosen; all are learnt.
+        Of each function this many objects at most have copies, evenly chosen; all are learnt.
     failed : callable
         Is given the error of each file that cannot be used.
     """

@@ -142,7 +142,7 @@ def leave_one_group_out(groups: np.ndarray) -> list[Split]:
 
 
 def sources_or_halves(groups: np.ndarray, trials: int, seed: int) -> list[Split]:
-    """Return splits that leave out one source each, or so many random halves where there are fewer than two."""
+    """Return splits that leave out one source each, or this many random halves where there are fewer than two."""
     if len(set(groups.tolist())) > 1:
         return leave_one_group_out(groups)
     return random_splits(len(groups), len(groups) // 2, trials, seed)

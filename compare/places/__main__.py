@@ -160,8 +160,8 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("--headings", type=Path, default=Path("tests/places/seat_headings.csv"))
     parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--category", help="put: objects of this category of the manifest in place of tables")
-    parser.add_argument("--objects", type=Path, help="put: the folder of the mug, the bottle and the plate")
+    parser.add_argument("--category", help="put: objects of this category of the manifest instead of tables")
+    parser.add_argument("--objects", type=Path, help="put: folder with the mug, the bottle and the plate")
     options = parser.parse_args()
     print_json(EXAMS[options.exam](options))
 

@@ -114,10 +114,14 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
 
 def main(
     data: Annotated[Path, typer.Argument(help="Folder of scans, with NAME_boxes.csv or NAME_instances.csv.")],
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
-    only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
-    pictures: Annotated[Path | None, typer.Option(help="Folder for pictures, where the licence allows them.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
+    only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for pictures of scans whose licence allows them.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")] = False,
 ):
     """Measure recognition on real scans."""
     paths, failures, measured = scan_files(data, only), Failures(), ScanResults()

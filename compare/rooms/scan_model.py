@@ -98,7 +98,7 @@ def main(
     out: Annotated[Path, typer.Option(help="The model file.")],
     backend: Annotated[str, typer.Option(help="The simulator.")] = "fast",
     rooms: Annotated[int, typer.Option(min=1, help="Number of virtual rooms that are scanned.")] = 32,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms.")] = 1000,
     cache: Annotated[Path | None, typer.Option("--keep", help="Folder in which examples are cached.")] = None,
     jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = 1,
 ):

@@ -117,14 +117,16 @@ def print_list():
 
 def main(
     data: Annotated[
-        str, typer.Argument(help="Models that furnish the rooms, which the model for scans has not learnt.")
+        str, typer.Argument(help="Models that furnish the rooms; the model for scans must not have learnt them.")
     ],
-    stages: Annotated[str, typer.Option(help="Some of them, with commas.")] = ",".join(settings.STAGES),
+    stages: Annotated[str, typer.Option(help="Names of some settings, separated by commas.")] = ",".join(
+        settings.STAGES
+    ),
     rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
     seed: Annotated[int, typer.Option(min=0)] = 0,
-    listed: Annotated[bool, typer.Option("--list", help="Only list them all.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="Only list all settings.")] = False,
     jobs: options.Jobs = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")] = False,
 ):
     """Measure and print."""
     if listed:

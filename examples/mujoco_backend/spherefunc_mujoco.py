@@ -56,7 +56,7 @@ class MujocoSimulator:
     """Drops rigid spheres with MuJoCo. Cost: some milliseconds a sphere, more on large objects."""
 
     time_step: float = 0.1  # of sqrt(radius / g)
-    in_air: int = 16  # spheres that fall together, where there is room for so many
+    in_air: int = 16  # spheres that fall together, where there is room for this many
 
     name = "mujoco"
     isolate = True  # C++ that may crash

@@ -49,7 +49,7 @@ def level_of(
     radius : float, optional
         Of the spheres, metres; by default as the object is large.
     drops : int
-        At least so many fall over its box; the error of areas falls with the root of their number.
+        At least this many fall over its box; the error of areas falls with the root of their number.
     """
     objects, _ = along_heading(objects, number)
     target = objects[number]

@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import DatasetObject
 
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
-Json = Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 Data = Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")]
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
-Views = Annotated[str, typer.Option(help="Kinect views that are fused, such as 3; or whole: all surfaces.")]
-Noise = Annotated[float, typer.Option(min=0, help="Times a Kinect's noise; 0: none, and no pixel is lost.")]
+Views = Annotated[str, typer.Option(help="Number of Kinect views that are fused, such as 3; or whole: all surfaces.")]
+Noise = Annotated[float, typer.Option(min=0, help="Noise as a multiple of a Kinect's; 0: no noise and no lost pixels.")]
 LivedInText = Annotated[
     str | None,
     typer.Option(
         "--lived-in",
-        help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, stacks, "
+        help="Additional contents, each with the share of rooms that have it: all, or some of chairs=0.5, stacks, "
         "shelves, beds, sills, gaps, piles, clutter.",
     ),
 ]
 Fused = Annotated[str | None, typer.Option(help="Fuse a scan to one point in cells of this side, such as 2.5cm.")]
-Points = Annotated[int | None, typer.Option(help="Thin a scan to at most so many points.")]
+Points = Annotated[int | None, typer.Option(help="Maximum number of points of a scan.")]
 
 
 @app.command()
@@ -42,10 +42,10 @@ def rooms(
     lived_in: LivedInText = None,
     fused: Fused = None,
     points: Points = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms.")] = 0,
     as_json: Json = False,
 ) -> None:
-    """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
+    """Furnish virtual rooms and scan them with a virtual Kinect; the object of every point is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.units import parse_length
 
@@ -70,9 +70,9 @@ def rooms(
 def build(
     catalogue: Annotated[str, typer.Argument(help="Name of a catalogue, such as household.")],
     directory: Directory,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other objects.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the objects.")] = 0,
     stretch: Annotated[
-        float, typer.Option(min=0, max=1, help="Other proportions: each side longer or shorter by up to this share.")
+        float, typer.Option(min=0, max=1, help="Change proportions: each side longer or shorter by up to this share.")
     ] = 0.0,
     as_json: Json = False,
 ) -> None:
@@ -97,7 +97,7 @@ def import_furniture(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write the objects of a furniture library, labelled from their names."""
+    """Write the objects of a furniture library, labelled by their names."""
     from ..sweethome3d.library import import_library
 
     summary = import_library(
@@ -122,7 +122,7 @@ def describe(
     data: Data,
     as_json: Json = False,
 ) -> None:
-    """Count a data set's objects by label, category and source, and give their sizes."""
+    """Count the objects of a data set by label, category and source, and print their sizes."""
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
 
     objects = open_dataset(data).objects
@@ -141,14 +141,17 @@ def describe(
 def select(
     data: Data,
     directory: Directory,
-    up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
-    least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,
+    up_to: Annotated[str | None, typer.Option(help="Largest extent of an object, such as 50cm.")] = None,
+    least: Annotated[str | None, typer.Option("--from", help="Smallest length of the longest side.")] = None,
     permissive: Annotated[
-        bool, typer.Option("--permissive", help="Only of licences that let a model learn from them and be passed on.")
+        bool,
+        typer.Option(
+            "--permissive", help="Only objects whose licence allows training on them and distributing the model."
+        ),
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Copy the objects of some sizes or licences, with their labels: to tell cups from other small objects, say."""
+    """Copy the objects of some sizes or licences, with their labels."""
     from shutil import copyfile
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
@@ -181,14 +184,14 @@ def select(
 def impair(
     data: Data,
     directory: Directory,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other holes, angles and noise.")] = 0,
-    kinds: Annotated[str | None, typer.Option(help="Some kinds only, such as hole,tilted,turned.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of holes, angles and noise.")] = 0,
+    kinds: Annotated[str | None, typer.Option(help="Only these kinds, such as hole,tilted,turned.")] = None,
     copied: Annotated[
-        int | None, typer.Option(min=1, help="Copies of so many objects of each function only, evenly chosen.")
+        int | None, typer.Option(min=1, help="Number of objects of each function that are copied. Default: all.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write copies that do not work, copies changed in what must not matter, and copies in use and as sensed."""
+    """Write copies that do not work, copies with harmless changes, and copies in use or as sensed."""
     from spherefunc_bullet.datasets.dataset import open_dataset
 
     from ..impairment.folder import evenly_spread, impair_dataset

@@ -24,9 +24,11 @@ HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in t
 def places(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans of objects.")],
     put: Annotated[Path | None, typer.Option(metavar="OBJECT", help="An object for which poses are found.")] = None,
-    prove: Annotated[bool, typer.Option("--prove", help="Use the places: sit down, put down, pour.")] = False,
-    person: Annotated[str, typer.Option(help="How tall a sitter is.")] = "1.75m",
-    backend: Annotated[str, typer.Option(help="Who proves; fast only proposes.")] = "bullet",
+    prove: Annotated[
+        bool, typer.Option("--prove", help="Test the places by rigid bodies: sit down, put down, pour.")
+    ] = False,
+    person: Annotated[str, typer.Option(help="Height of the person who sits.")] = "1.75m",
+    backend: Annotated[str, typer.Option(help="Simulator that tests places; fast can only propose them.")] = "bullet",
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
@@ -35,7 +37,7 @@ def places(
     page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write an interactive page of them.")] = None,
     json: Json = False,
 ):
-    """Say where and how each object can be used: places to sit, to put and to pour."""
+    """Find the places where each object can be used: to sit, to put down and to pour."""
     from spherefunc_bullet.simulator import make_simulator
     from spherefunc_bullet.simulator.mechanics import require_ability
     from spherefunc_bullet.simulator.proofs import ProofSettings
@@ -80,7 +82,7 @@ def draw(
     units: str,
     person: float,
 ):
-    """Draw objects with their places, as they stand, and whoever sits there so tall."""
+    """Draw objects with their places, and a person of the given height who sits there."""
     from spherefunc_bullet.places.finding import cloud_and_frame
     from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture
 
@@ -95,7 +97,7 @@ def draw(
 
 
 def print_places(rows: Sequence[Row], units: str):
-    """Print every place of every object as a line, but those that are hardly worth anything."""
+    """Print a line for every place of every object, without those of low score."""
     from spherefunc_bullet.places.place import Proof
 
     table, unit = [], "" if units == "auto" else units

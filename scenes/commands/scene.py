@@ -56,10 +56,12 @@ def scene(
         Path | None, typer.Option(help="The cameras' poses: TUM's lines, or a Redwood .log. Default: odometry.")
     ] = None,
     every: Annotated[
-        int | None, typer.Option(min=0, help="Recognise after so many images; 0: at the end alone.")
+        int | None, typer.Option(min=0, help="Recognise after every n images; 0: only at the end.")
     ] = None,
     topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
-    time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
+    time: Annotated[
+        float | None, typer.Option(help="Use the first cloud from this time on, in seconds after the start of the bag.")
+    ] = None,
     complete: Completion = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
     min_cluster_size: Annotated[int, typer.Option(help="Minimum number of voxels of an object.")] = 60,
@@ -133,7 +135,7 @@ def scene(
 
 
 def require_method(method: str | None, model: Path | None):
-    """Refuse a method that is not the paper's, and the paper's with a model that is none of its own."""
+    """Raise InputError for an unknown method, or for the paper's with a model of another method."""
     if method not in (None, "paper"):
         raise InputError(f"--method {method!r}: expected paper, or nothing for the default")
     if method is not None and model is None:
@@ -176,7 +178,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
 
 
 def warm_up_recognition(classifier: FunctionModel):
-    """Have the simulator compile or load its code, so that the stages are timed without that."""
+    """Make the simulator compile or load its code, so that the times of stages do not include it."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
 
@@ -189,7 +191,7 @@ def warm_up_recognition(classifier: FunctionModel):
 
 
 def say_remarks(scan: Scan, room: Room):
-    """Say on stderr what the user may not expect."""
+    """Print remarks on stderr about what the user may not expect."""
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
         "assumed": "neither a floor nor a table top was found under the scene; its lowest point serves as ground",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def require_frames_alone(frames: Path | None, others: dict[str, object], only: dict[str, object]):
-    """Refuse options of single scans beside --frames, and those of --frames without it."""
+    """Raise InputError for options of single scans with --frames, and those of --frames without it."""
     wrong, beside = (others, "without --frames") if frames is not None else (only, "with --frames DIR")
     name = next((name for name, value in wrong.items() if value is not None), None)
     if name is not None:
@@ -62,7 +62,7 @@ def write_files(scan: Scan, room: Room, out: Path, stem: str):
 
 
 def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) -> list[FusedObject]:
-    """Add the images of a folder one by one, recognise after so many, and return the objects at the end.
+    """Add the images of a folder one by one, recognise after this many, and return the objects at the end.
 
     An image that cannot be used is said and left out, and the rest goes on; not so where odometry is lost.
     """

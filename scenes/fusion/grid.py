@@ -76,7 +76,7 @@ def view_of(depth: np.ndarray, intrinsics: Intrinsics, T_world_camera: np.ndarra
 
 
 BLOCK = 8  # voxels along a block's side
-BLOCKS = 20_000  # room for so many at first; it grows
+BLOCKS = 20_000  # room for this many at first; it grows
 NEARNESS_NOISE = 0.0019  # 1/m, deviation of a Kinect's inverse depth, the same at every depth (Nguyen et al. 2012)
 AROUND = 0.04  # metres about an object's points that are forgotten with it
 
@@ -89,7 +89,7 @@ class FusionSettings:
     truncation: float = 4.0  # voxels on both sides of a surface that hold its distance
     farthest: float = 5.0  # metres: depth beyond is left out
     smoothing: int = 9  # pixels across which each depth image is smoothed within its noise; 1: not at all
-    least_weight: float = 0.5  # images that have seen a surface: more than so many
+    least_weight: float = 0.5  # images that have seen a surface: more than this many
 
     def __post_init__(self):
         if not 0.002 <= self.voxel_size <= 0.1:

@@ -116,17 +116,17 @@ def write_copies(
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
-    """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
+    """Return the objects that have a function, at most this many of each, evenly spread over the data set."""
     return tuple(item for function in FUNCTIONS for item in evenly_spread(objects, function, most))
 
 
 def evenly_spread(objects: Sequence[DatasetObject], function: str, most: int | None) -> list[DatasetObject]:
-    """Return at most so many objects of one function, or of none, evenly spread over the data set."""
+    """Return at most this many objects of one function, or of none, evenly spread over the data set."""
     return evenly([item for item in objects if kind_of(item) == function], most)
 
 
 def evenly(objects: Sequence[DatasetObject], count: int | None) -> list[DatasetObject]:
-    """Return at most so many objects, evenly chosen; all without a count."""
+    """Return at most this many objects, evenly chosen; all without a count."""
     most = len(objects) if count is None else min(count, len(objects))
     return [objects[k * len(objects) // most] for k in range(most)]
 

@@ -14,7 +14,7 @@ from .surfaces import ObjectSurface
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis
 FRAME = 640 * 480  # points that it gives at most, as a depth camera's picture
 HOLES = 6  # that a sensor leaves
-HOLE = (0.03, 0.015)  # radius: of the largest extent, but at most so many metres
+HOLE = (0.03, 0.015)  # radius: of the largest extent, but at most this many metres
 ANGLES, RINGS = 48, 16  # about a cup's axis and along its height, to find a handle
 HANDLE = 1.12  # times the body's radius: what reaches farther is a handle
 HANDLE_WIDE = np.radians(110)  # at most

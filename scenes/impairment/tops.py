@@ -75,7 +75,7 @@ def spikes_on_top(specimen: Specimen, top: LevelPart, rng: np.random.Generator) 
 def spiked(
     surface: ObjectSurface, level: LevelPart, pitch: float, draw: Callable[[int], np.ndarray]
 ) -> ObjectSurface | None:
-    """Return a surface whose level is covered with pyramids a pitch apart, as high as is drawn for so many, metres."""
+    """Return a surface whose level is covered with pyramids a pitch apart, of a random height, metres."""
     low, high = level.box
     xs, ys = (np.arange(start + pitch / 2, end + pitch / 4, pitch) for start, end in zip(low, high, strict=True))
     feet = np.array([(x, y) for x in xs for y in ys]).reshape(-1, 2)

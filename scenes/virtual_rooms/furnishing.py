@@ -177,7 +177,7 @@ def furnish(
 
 
 def deal_objects(decks: Sequence[ShuffledObjects], count: int) -> list[DatasetObject]:
-    """Return so many objects, from one deck after the other; none if there are no decks."""
+    """Return this many objects, from one deck after the other; none if there are no decks."""
     return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
 
 

@@ -48,7 +48,7 @@ class Kinect:
         return self.width / 2 / np.tan(np.radians(self.field_of_view_deg) / 2)
 
     def noisy(self, noise: float) -> Kinect:
-        """Return it with so many times its noise, without noise and losses of pixels at 0."""
+        """Return it with this many times its noise, without noise and losses of pixels at 0."""
         return replace(self, noise=noise, dropouts=noise > 0)
 
     def directions(self) -> np.ndarray:

@@ -161,7 +161,7 @@ def scan_room(
     resolution: Resolution = AS_SEEN,
     sensor: Kinect = KINECT,
 ) -> VirtualScan:
-    """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
+    """Return the scan of a room, by a number of views or of whole surfaces; reproducible for the same arguments."""
     number = int(room.name.rpartition("_")[2])
     rng = np.random.default_rng([seed, number, views or 0])
     if views is None:
@@ -192,7 +192,7 @@ _LOWEST = 0.4  # metres above the floor
 
 
 def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT) -> Iterator[VirtualScan]:
-    """Yield so many single views of a room, each of one of its objects from near by; the same numbers, the same views.
+    """Yield single views of a room, each of one of its objects from close up; reproducible for the same arguments.
 
     Parameters
     ----------

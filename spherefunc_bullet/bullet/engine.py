@@ -143,7 +143,7 @@ class Physics(CheckedSettings):
     # In which a sphere on a slope of one degree more than holds it gains twice that speed.
     rest_time: float = amount(1.6, above=0.0)
     time_limit: float = amount(100.0, above=0.0)  # after which a sphere is given up: 3 s at a radius of 1 cm
-    in_air: int = amount(16, above=0.0)  # spheres at once, where there is room for so many
+    in_air: int = amount(16, above=0.0)  # spheres at once, where there is room for this many
 
     def __post_init__(self):
         with explaining("backend 'bullet'", InputError, why=": "):

@@ -116,14 +116,14 @@ def require_arrived(shape: CollisionShape, body: int, scale: float, client: int)
 
 
 def share_met(shape: CollisionShape, body: int, scale: float, client: int, count: int) -> float:
-    """Return the share of about so many rays that meet a body."""
+    """Return the share of about this many rays that meet a body."""
     starts, ends = rays(shape, count)
     hits = pybullet().rayTestBatch((starts * scale).tolist(), (ends * scale).tolist(), physicsClientId=client)
     return float(np.mean([hit[0] == body for hit in hits]))
 
 
 def rays(shape: CollisionShape, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return starts and ends (R, 3) of about so many short rays through faces all over the shape, in radii."""
+    """Return starts and ends (R, 3) of about this many short rays through faces all over the shape, in radii."""
     faces = shape.faces
     if len(faces) > 2 * count:  # by chance: evenly chosen they could miss what is missing regularly
         faces = faces[np.random.default_rng(0).integers(len(faces), size=2 * count)]

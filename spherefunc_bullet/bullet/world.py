@@ -200,7 +200,7 @@ def waiting(number: int, x: float) -> list[float]:
 
 
 def neighbors(centers: np.ndarray, most: int) -> list[np.ndarray]:
-    """Return indices of centres in groups of at most so many, all near each other: halved along the longest side."""
+    """Return indices of centres in groups of at most this many, all near each other: halved along the longest side."""
     groups, stack = [], [np.arange(len(centers))]
     while stack:
         group = stack.pop()

@@ -65,7 +65,7 @@ def beside(offset, offset_in_brick):
 
 @lean_njit(forceinline=True)
 def has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
-    """Return whether a kept point stands for (x, y, z), which lies so many cells from the grid's first whole one.
+    """Return whether a kept point stands for (x, y, z), which lies this many cells from the grid's first whole one.
 
     Cells are two distances wide, so that the ball around a point touches at most two along each axis. The point's own
     one is looked at first, since what is too near mostly is there.

@@ -30,7 +30,7 @@ class Planes(NamedTuple):
 
 
 def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return room for a grid of so many cells (3,) that so many points are entered in, as kernels take it.
+    """Return room for a grid of this many cells (3,) that this many points are entered in, as kernels take it.
 
     Returns
     -------

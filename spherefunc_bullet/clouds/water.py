@@ -14,7 +14,7 @@ import numpy as np
 from .cloud import Cloud
 from .links import cut_links, flood_links, label_links
 
-CELLS = 250_000  # about so many, and never more than `MOST` along an extent
+CELLS = 250_000  # about this many, and never more than `MOST` along an extent
 COARSE_CELLS = 60_000, 40_000  # of the floods that look for leaks: by the other, where the middles of one meet a crack
 CRACK = 0.002  # metres: a hole that is no wider is a seam between two parts of a mesh
 GRAIN_CELLS = 48  # along an extent

@@ -29,8 +29,12 @@ class RunOrMerge(TyperGroup):
         return super().parse_args(ctx, args if args[:1] == ["merge"] else ["run", *args])
 
 
-app = typer.Typer(cls=RunOrMerge, help="Simulate a data set, resumably; survives crashes. `batch merge` joins runs.")
-Run = Annotated[Path, typer.Option("--run", metavar="DIR", help="Where the run keeps its ledger and settled spheres.")]
+app = typer.Typer(
+    cls=RunOrMerge, help="Simulate a data set; can be resumed, and survives crashes. `batch merge` joins runs."
+)
+Run = Annotated[
+    Path, typer.Option("--run", metavar="DIR", help="Folder of the run, for its ledger and settled spheres.")
+]
 
 
 @app.command("run", hidden=True)
@@ -50,19 +54,21 @@ def run(
     package_path: options.PackagePath = None,
     jobs: options.Jobs = -1,
     time_limit: Annotated[
-        str | None, typer.Option(help="Of one object, all radii together: 90s, 30min, 2h. Tried twice.")
+        str | None, typer.Option(help="Time limit per object, all radii together: 90s, 30min, 2h. Two attempts.")
     ] = None,
-    memory_limit: Annotated[str | None, typer.Option(help="Of one worker process: 800MiB, 4GiB.")] = None,
-    shard: Annotated[str | None, typer.Option(help="Only every n-th object, from the i-th: 3/8.")] = None,
-    scheduler: Annotated[str | None, typer.Option(help="A Dask scheduler whose workers work: tcp://host:8786.")] = None,
+    memory_limit: Annotated[str | None, typer.Option(help="Memory limit per worker process: 800MiB, 4GiB.")] = None,
+    shard: Annotated[str | None, typer.Option(help="Part i of n of the objects, such as 3/8.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler: tcp://host:8786.")] = None,
     shared_path: Annotated[
-        bool, typer.Option("--shared-path", help="The cluster sees DATA at the same path; else files are sent.")
+        bool, typer.Option("--shared-path", help="The workers can read DATA at the same path; else files are sent.")
     ] = False,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Also objects that failed before.")] = False,
-    status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Try objects again that failed before.")] = False,
+    status: Annotated[
+        bool, typer.Option("--status", help="Print the progress of the run, also while it runs.")
+    ] = False,
     json: options.Json = False,
 ):
-    """Simulate every object of DATA at every radius and keep the results in DIR; call again to continue.
+    """Simulate every object of DATA at every radius and save the results in DIR; call again to continue.
 
     An object that crashes its process, takes too long or too much memory is tried twice, recorded as failed, and the
     rest goes on. Shards and runs of other machines are joined by: spherefunc batch merge SHARD... --run DIR.
@@ -105,7 +111,7 @@ def batch_of(data: str, folder: Path, how: DropConfig, shard: str | None) -> Bat
 
 
 def work_through(batch: Batch, json: bool, **options):
-    """Run a batch and say what became of it; Ctrl-C ends it at once and keeps what is done."""
+    """Run a batch and report the result; Ctrl-C ends it at once and keeps what is done."""
     from ..batch.batch import run_batch
 
     started, failures = time.perf_counter(), Failures()
@@ -128,7 +134,7 @@ def work_through(batch: Batch, json: bool, **options):
 
 
 def show_status(folder: Path, json: bool):
-    """Print how far a run is."""
+    """Print the progress of a run."""
     from ..batch.folder import RunFolder, status
     from ..formats.units import format_duration, format_memory
 
@@ -155,7 +161,7 @@ def merge(
     folder: Run,
     json: options.Json = False,
 ):
-    """Join the ledgers and results of several runs in one."""
+    """Merge the ledgers and results of several runs into one."""
     from ..batch.folder import RunFolder, merge_runs
 
     failures = Failures()

@@ -49,7 +49,9 @@ def carry(
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
-    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the share kept over the angle.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Plot the share that stays inside over the angle.")
+    ] = None,
     json: Json = False,
 ):
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""

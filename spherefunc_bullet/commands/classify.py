@@ -1,4 +1,4 @@
-"""``spherefunc classify``: say what objects are for."""
+"""``spherefunc classify``: classify the functions of objects."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def classify(
 
 
 def listed_files(places: Sequence[Path]) -> Iterator[Path]:
-    """Yield the files, those below folders that can be read by their ending, and those named on stdin.
+    """Yield files, the readable files below folders, and files named on stdin.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def classified_file(
     reasons: bool = True,
     explain: bool = True,
 ) -> Row:
-    """Return what the contract prints of one file, reasons and what decided where that is wanted; for a worker."""
+    """Return the JSON entry of one file, with reasons and evidence if requested; runs in a worker."""
     from ..classification import classify_by_all
     from ..settling.cached_runs import CachedFile
 
@@ -135,7 +135,7 @@ def classified_file(
 
 
 def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
-    """Write a CSV with a row for each file: its functions, each score, and what went wrong where nothing else could."""
+    """Write a CSV with a row for each file: its functions, each score, or the error."""
     from ..datasets.dataset import label_text
     from ..formats.files import write_csv
 
@@ -179,7 +179,7 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
 
 
 def print_lying(rows: Sequence[Row]):
-    """Print which objects lie as a file does whose y axis points up."""
+    """Print which objects seem to have a wrong up axis."""
     from ..classification import WRONG_UP_AXIS
 
     for row in rows:
@@ -188,17 +188,17 @@ def print_lying(rows: Sequence[Row]):
 
 
 def answer_text(row: Row) -> str:
-    """Return an object's functions, and whether that is unsure."""
+    """Return the functions of an object as text, marked if unsure."""
     return (", ".join(members_of(row)) or "none") + (", unsure" if row["unsure"] else "")
 
 
 def scores_of(row: Row) -> list[str]:
-    """Return an object's scores."""
+    """Return the scores of an object as text."""
     return [f"{membership['score']:.2f}" for membership in row["functions"].values()]
 
 
 def best_scores(row: Row) -> str:
-    """Return an object's best scores with what they are for, as many as a narrow table holds."""
+    """Return the best scores of an object with their functions, for a narrow table."""
     memberships = sorted(row["functions"].items(), key=lambda item: -item[1]["score"])
     return " ".join(f"{name} {membership['score']:.2f}" for name, membership in memberships[:BEST])
 
@@ -211,7 +211,7 @@ def table_width(rows: Sequence[Row], functions: Sequence[str]) -> int:
 
 
 def terminal_width() -> int:
-    """Return how many characters a line has; a pipe's has no end."""
+    """Return the width of the terminal in characters; unlimited in a pipe."""
     from rich.console import Console
 
     console = Console()
@@ -219,7 +219,7 @@ def terminal_width() -> int:
 
 
 def print_reasons(row: Row):
-    """Print one object's answer in sentences, and the training objects that are most like it."""
+    """Print the reasons for one object, and the most similar training objects."""
     if not row["reasons"]:
         return
     show(f"\n{Path(row['file']).name}")

@@ -20,7 +20,7 @@ GARBAGE = 300_000  # new objects until it is looked for: among all that is impor
 
 
 def say_version(requested: bool):
-    """Print the version and leave, if asked."""
+    """Print the version and exit, if requested."""
     if requested:
         show(f"spherefunc {__version__}")
         raise typer.Exit()

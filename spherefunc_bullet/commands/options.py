@@ -47,7 +47,7 @@ Method = Annotated[
 ]
 MissLimit = Annotated[
     int | None,
-    typer.Option(min=1, help="A run ends after so many spheres in a row were not placed (paper, §III-A). Default: 50."),
+    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A). Default: 50."),
 ]
 Jobs = Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")]
 RunDir = Annotated[
@@ -72,7 +72,7 @@ def drop_config(
     method: str = DEFAULT_METHOD,
     miss_limit: int | None = None,
 ) -> DropConfig:
-    """Return how spheres are dropped, as options say it and otherwise as a method has it."""
+    """Return the drop config that options give, with the defaults of a method."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
     from ..settling.cached_runs import DropConfig, LoadOptions
@@ -89,7 +89,7 @@ def drop_config(
 
 
 def point_to_packages(folders: Sequence[Path] | None):
-    """Have this process, and the workers that it starts, look for the packages of URDF files in these folders first."""
+    """Make this process and its workers look for the packages of URDF files in these folders first."""
     from ..formats.scenes.urdf import PACKAGE_PATH
 
     if folders:
@@ -98,12 +98,12 @@ def point_to_packages(folders: Sequence[Path] | None):
 
 
 def simulator_options(**given: str | int | None) -> dict:
-    """Return the options that go to the simulator, those that were given."""
+    """Return the options of the simulator that were given."""
     return {name: value for name, value in given.items() if value is not None}
 
 
 def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Material:
-    """Return what an object is made of, as options say it."""
+    """Return the material of an object that options give."""
     from ..simulator.mechanics import Material
 
     kilograms = None if mass is None else parse_mass(mass)
@@ -113,7 +113,7 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
 def run_on_files(
     function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
 ) -> list[tuple[Path, Any]]:
-    """Return each file with the function's result; a file that fails is reported, and left out.
+    """Return each file with the result of the function; a file that fails is reported and left out.
 
     Parameters
     ----------
@@ -131,6 +131,6 @@ def run_on_files(
 
 
 def say_notes(name: str, notes: Iterable[str]):
-    """Say what a reader has to know of an object."""
+    """Print notes about an object on stderr."""
     for note in notes:
         say(f"{name}: {note}")

@@ -26,7 +26,7 @@ Row = dict[str, Any]  # what the contract prints of one file
 def poses(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, in any pose.")],
     backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast computes statics.")] = "bullet",
-    drops: Annotated[int, typer.Option(min=1, help="How often the object is dropped.")] = 100,
+    drops: Annotated[int, typer.Option(min=1, help="Number of times that the object is dropped.")] = 100,
     fall: Annotated[
         float, typer.Option(min=0, help="Height of the fall, relative to the object's largest extent.")
     ] = 0.1,
@@ -134,7 +134,7 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
 
 
 def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
-    """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
+    """Print the best pose of each object for each function; bullet finds poses by drops, others by statics."""
     from ..simulator.mechanics import PoseSettings, require_ability
 
     simulator = require_ability(classifier.simulator, "poses")
@@ -160,7 +160,7 @@ def best_functions(answers: Sequence[PoseFunctions]) -> Row:
 
 
 def print_best(rows: Sequence[Row], functions: Sequence[str]):
-    """Print a line for each object: what it is for, turned so."""
+    """Print a line for each object: its best pose for each function."""
     table = []
     for row in rows:
         members = [name for name in functions if row["functions"][name]["member"]]

@@ -22,21 +22,28 @@ def shapes(
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
-    best: Annotated[bool, typer.Option("--best", help="Find and write the cheapest that keeps everything.")] = False,
-    still: Annotated[bool, typer.Option("--static", help="It never moves: --best may be the concave mesh.")] = False,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where --best writes.")] = Path("."),
-    form: Annotated[str, typer.Option("--format", help="Of what --best writes: urdf, sdf or mjcf.")] = "urdf",
+    best: Annotated[
+        bool, typer.Option("--best", help="Find and write the cheapest shape that keeps everything.")
+    ] = False,
+    still: Annotated[
+        bool, typer.Option("--static", help="The object never moves, so --best may be the concave mesh.")
+    ] = False,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files of --best.")] = Path("."),
+    form: Annotated[str, typer.Option("--format", help="Format of the files of --best: urdf, sdf or mjcf.")] = "urdf",
     keep: Annotated[
         float | None,
-        typer.Option(help="Share of capacity, level, places to be kept. Default: 0.9; of --best see docs."),
+        typer.Option(help="Share of capacity, level and places to keep. Default: 0.9; for --best see docs."),
     ] = None,
-    coacd: Annotated[str | None, typer.Option(help="CoACD's thresholds, such as 0.05,0.2; minutes.")] = None,
-    only: Annotated[bool, typer.Option("--only-collision", help="Compare the collision geometry alone.")] = False,
+    coacd: Annotated[
+        str | None, typer.Option(help="Also shapes by CoACD with these thresholds, such as 0.05,0.2; takes minutes.")
+    ] = None,
+    only: Annotated[bool, typer.Option("--only-collision", help="Compare only the collision geometry.")] = False,
     table: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row per shape, also for files that failed.")
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write a page and a CSV; what is there is not done again.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for a page and a CSV; objects that are there are not computed again."),
     ] = None,
     jobs: Jobs = 1,
     up: Up = BY_FILE,
@@ -44,7 +51,7 @@ def shapes(
     package_path: PackagePath = None,
     json: Json = False,
 ):
-    """Say what of an object each collision shape keeps: what it holds, carries and lets through, and at what cost."""
+    """Compare collision shapes: what each keeps of what the object holds, carries and lets through, and its cost."""
     from ..formats.files import prepare_folder
     from ..shapes.library import SUFFIX, LibraryOptions, answers
 
@@ -83,7 +90,7 @@ def shapes(
 
 
 def require_other_folder(files: list[Path], out: Path):
-    """Refuse to write the best shapes over one another, or among the files that are asked about."""
+    """Raise InputError if the best shapes would overwrite each other or an input file."""
     if len({file.stem for file in files}) < len(files):
         raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
     for file in files:
@@ -101,7 +108,7 @@ def write_report(report: Path, results: list[dict[str, Any]], table: Path | None
 
 
 def print_library(results: list[dict[str, Any]]):
-    """Print one line for each object of a library, and how many keep what they are for."""
+    """Print one line for each object of a library, and how many keep their functions."""
     from ..shapes.library import said, short, summary
 
     counts = summary(results)
@@ -117,7 +124,7 @@ def print_library(results: list[dict[str, Any]]):
 
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
-    """Yield files; of data sets what the manifest names, of other folders the URDFs or, where none is, meshes."""
+    """Yield files; of a data set those in its manifest, of other folders URDFs or, if there are none, meshes."""
     from ..datasets.dataset import SUFFIXES, open_dataset
 
     for file in files:

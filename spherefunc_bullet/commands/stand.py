@@ -25,7 +25,7 @@ BACKENDS = "fast computes statics, exact on level ground; bullet also simulates 
 def stand(
     files: options.Standing,
     load: Annotated[
-        str, typer.Option(help="Load put on one place after another, such as 5kg; a person weighs 75kg.")
+        str, typer.Option(help="Load that is put on each place in turn, such as 5kg; a person weighs 75kg.")
     ] = "5kg",
     radius: Annotated[
         str | None, typer.Option(help="Radius of the spheres that find the places. Default: by the object's size.")

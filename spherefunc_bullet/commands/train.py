@@ -80,7 +80,7 @@ def summary(model: CloudClassifier, backend: str) -> Summary:
 
 
 def print_learnt(model: CloudClassifier, method: str):
-    """Print each function's examples, its radius, and how well objects are classified that were held out."""
+    """Print for each function its examples, its radius, and the accuracy on held-out objects."""
     measured, total = model.held_out_f_measures(), len(model.names_)
     rows = [
         [
@@ -121,7 +121,7 @@ def label_remarks(dataset: Dataset) -> list[str]:
 
 
 def require_smaller_spheres(simulated: Simulated, how: DropConfig):
-    """Raise InputError if spheres of some radius are larger than every object: none could lie on any."""
+    """Raise InputError if the spheres of some radius are larger than every object."""
     largest = max(float(record.size.max()) for record in simulated.records)
     radius = max(how.radii)
     if radius > largest:

@@ -192,7 +192,7 @@ def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: st
 
 
 def test_run_ends_by_the_miss_limit(simulator: Simulator):
-    """A run without other limits ends by so many misses in a row."""
+    """A run without other limits ends by this many misses in a row."""
     whole = dropped(simulator.name, "plate")
     early = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), miss_limit=1), 0)
     assert whole.stop == early.stop == Stop.MISSES
@@ -245,7 +245,7 @@ def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
 
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Simulator, name: str):
-    """A run of so many drops makes them all, misses or not."""
+    """A run of this many drops makes them all, misses or not."""
     settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
     result = simulator.drop(shape(name), settings, 1)
     assert result.drops == 90 and result.stop == Stop.DROP_LIMIT

@@ -40,7 +40,7 @@ def read_off(source: Source) -> Geometry:
 
 
 def _numbers(kind: type, words: list[str], count: int) -> list:
-    """Return so many words as numbers."""
+    """Return this many words as numbers."""
     if len(words) != count:
         raise FormatError(f"expected {count} numbers in a line, got {len(words)}; is the file cut off?")
     return [kind(word) for word in words]

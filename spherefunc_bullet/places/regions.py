@@ -30,7 +30,7 @@ class HeightMap:
         return self.origin + (cells + 0.5) * self.cell
 
     def blurred(self, mask: np.ndarray, cells: int) -> np.ndarray:
-        """Return a mask without gaps narrower than so many cells."""
+        """Return a mask without gaps narrower than this many cells."""
         return ndimage.binary_closing(np.pad(mask, cells), iterations=cells)[cells:-cells, cells:-cells]
 
 

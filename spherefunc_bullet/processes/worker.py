@@ -256,7 +256,7 @@ def cause(code: int) -> str:
 
 
 def cap_memory(limit: int | None):
-    """Let the system refuse this process more than so many bytes of data, where it can: on Linux.
+    """Let the system refuse this process more than this many bytes of data, where it can: on Linux.
 
     With a limit or without, a system that runs short of memory ends this process before its parent.
     """

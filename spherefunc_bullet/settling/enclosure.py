@@ -60,7 +60,7 @@ def sort_by_layer(points, centers, bottom, height, layers, used, starts, placed)
 
 @lean_njit(error_model="numpy", forceinline=True)
 def around(z, bottom, height, count):
-    """Return the first layer of those that a height is next to, and the one after the last, of so many."""
+    """Return the first layer of those that a height is next to, and the one after the last, of this many."""
     layer = int((z - bottom) / height)
     return min(max(layer - 1, 0), count), min(max(layer + 2, 0), count)
 
@@ -103,7 +103,7 @@ def can_meet(dx, dy, squared_sine):
 
 @lean_njit(cache=True, error_model="numpy")
 def met_everywhere(points, centers, reach, bottom, layers, used, starts, placed, met_all):
-    """Tell whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
+    """Return whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
 
     Parameters
     ----------

@@ -84,7 +84,7 @@ def of_hull(cloud: Cloud) -> Solid:
 
 
 def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
-    """Return V-HACD's pieces, at most so many, each of at most 64 corners."""
+    """Return V-HACD's pieces, at most this many, each of at most 64 corners."""
     import vhacdx
 
     mesh = of_mesh(cloud)

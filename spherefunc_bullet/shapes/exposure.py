@@ -26,7 +26,7 @@ BLUNT = 1e-3  # of the extent: corners of a piece that lie no farther outside ar
 OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
 FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
 SEEN, ROOM = 16_000, 6_000  # samples of the surface, about, and of the free space around it
-FEWER = 4  # of the samples on which nothing rests, and in which nothing is held, one of so many is enough
+FEWER = 4  # of the samples on which nothing rests, and in which nothing is held, one of this many is enough
 
 
 def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
@@ -85,7 +85,7 @@ def free_places(subject: Subject) -> np.ndarray:
 
 
 def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return about so many places (S, 3) spread over a surface, and its normals there (S, 3)."""
+    """Return about this many places (S, 3) spread over a surface, and its normals there (S, 3)."""
     corners = solid.vertices[solid.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(across, axis=1)

@@ -110,7 +110,7 @@ class SurfacePart:
 
 
 def taken(covered: np.ndarray) -> float:
-    """Return how much of the free space a hull takes that covers places (K,) by so many tolerances."""
+    """Return how much of the free space a hull takes that covers places (K,) by this many tolerances."""
     return float(np.minimum(covered, 50).sum())
 
 
@@ -241,7 +241,7 @@ def joined(parts: Sequence[SurfacePart], exposed: ExposedSurface, enough: Callab
 
 
 def pairs_with(pieces: Sequence[Corners | None], a: int, count: int) -> Iterator[tuple[float, int, int]]:
-    """Yield the neighbours of a piece among the first so many, those first with which it makes the smallest box."""
+    """Yield the neighbours of a piece among the first this many, those first with which it makes the smallest box."""
     low, high = pieces[a].min(axis=0), pieces[a].max(axis=0)
     slack = 0.02 * (high - low).max()
     for b in range(count):

@@ -73,7 +73,7 @@ def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def capped(points: np.ndarray, off: float = 0.0, most: int = MOST_CORNERS) -> np.ndarray:
-    """Return at most so many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
+    """Return at most this many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
 
     The hull of fewer corners lies within that of all, so no free space is taken. Corners that lie no farther outside
     than some metres are left out as well.

@@ -37,14 +37,14 @@ class Outcome(enum.IntEnum):
 class Stop(enum.IntEnum):
     """Why the run ended."""
 
-    MISSES = 0  # the paper's rule: so many consecutive spheres were not placed
+    MISSES = 0  # the miss limit of the paper: consecutive spheres were not placed
     SPHERE_LIMIT = 1  # the stated cap on settled spheres was reached
-    DROP_LIMIT = 2  # so many spheres as were asked for have been dropped
+    DROP_LIMIT = 2  # the requested number of spheres has been dropped
 
 
 @dataclass(frozen=True, kw_only=True)
 class DropSettings:
-    """What the paper fixes of a run (§III-A), the same for every backend."""
+    """The settings of a run that the paper fixes (§III-A), the same for every backend."""
 
     radius: float  # of the spheres, metres
     miss_limit: int = MISS_LIMIT  # consecutive spheres not placed that end the run
@@ -60,7 +60,7 @@ class DropSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class DropResult:
-    """Where the spheres came to rest, and what became of the others.
+    """Where the spheres came to rest, and the outcomes of the others.
 
     A backend fills in all of it. ``columns`` and ``outcomes`` may be left out by one that does not know what became of
     every drop; then the resting profile, the default method, sees no losses, and the conformance suite complains.
@@ -155,7 +155,7 @@ class Simulator(Protocol):
         ...
 
     def options(self) -> dict[str, Any]:
-        """Return what only this simulator knows (shape, time step, …), as JSON-ready values.
+        """Return the options of this simulator (shape, time step, …) as JSON values.
 
         Results are kept under them, so all that decides where spheres settle is among them.
         """
@@ -163,7 +163,7 @@ class Simulator(Protocol):
 
 
 def provenance_of(simulator: Simulator, settings: DataclassInstance, seed: int) -> dict[str, Any]:
-    """Return what produced a result, JSON-ready: backend, version, options, settings and seed."""
+    """Return the provenance of a result as JSON values: backend, version, options, settings and seed."""
     return {
         "backend": simulator.name,
         "version": simulator.version,
@@ -174,7 +174,7 @@ def provenance_of(simulator: Simulator, settings: DataclassInstance, seed: int) 
 
 
 def one_by_one(simulator: Simulator) -> Simulator:
-    """Return a simulator that drops one sphere after another, as the paper does; itself, if it knows no other way."""
+    """Return the simulator set to drop one sphere after another, as in the paper."""
     if is_dataclass(simulator) and hasattr(simulator, "as_drawn"):
         return replace(simulator, as_drawn=True)
     return simulator
@@ -195,7 +195,7 @@ def isolated(simulator: Simulator) -> bool:
 
 
 def sphere_limit(simulator: Simulator) -> int:
-    """Return the settled spheres that end a simulator's runs for features."""
+    """Return the number of settled spheres that ends a simulator's runs for features."""
     return getattr(simulator, "sphere_limit", SPHERE_LIMIT)
 
 
@@ -214,7 +214,7 @@ def backend_names(text: str) -> list[str]:
 
 
 def make_simulator(simulator: str | Simulator, **options) -> Simulator:
-    """Return a simulator by its registered name; one that is already made passes through.
+    """Return a simulator by its registered name; a simulator object is returned unchanged.
 
     Raises
     ------

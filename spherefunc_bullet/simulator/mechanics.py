@@ -1,4 +1,4 @@
-"""What a simulator may know of an object that is free to move: how it can lie, whether it stands, what it keeps.
+"""Mechanics: stable poses, standing and carrying of an object that is free to move.
 
 An optional part of the interface: a backend has the method or has it not, and `require_ability` says so in one line.
 """
@@ -31,12 +31,12 @@ KINDS = {
 
 
 def amount(default: Any, **limits: float) -> Any:
-    """Return a field of settings and its range, as `require_amount` has it; a default of None is no amount."""
+    """Return a dataclass field for a setting with its range, see `require_amount`; None is allowed as a default."""
     return field(default=default, metadata={"limits": limits})
 
 
 class CheckedSettings:
-    """Settings that refuse what lies outside the range of a field, see `amount`."""
+    """Settings that raise InputError for values outside the range of a field, see `amount`."""
 
     def __post_init__(self):
         for one in fields(self):
@@ -47,7 +47,7 @@ class CheckedSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Material(CheckedSettings):
-    """What an object is made of."""
+    """Mass and contact properties of an object."""
 
     area_density: float = amount(AREA_DENSITY, above=0.0)  # kg/m2, of its surface
     mass: float | None = amount(None, above=0.0)  # kg, of the whole; None: from the surface
@@ -57,7 +57,7 @@ class Material(CheckedSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class PoseSettings(CheckedSettings):
-    """How an object is dropped to see how it can lie."""
+    """How an object is dropped to find its stable poses."""
 
     drops: int = amount(100, least=1)
     fall: float = amount(0.1)  # of its largest extent: how far its lowest point falls
@@ -69,7 +69,7 @@ class PoseSettings(CheckedSettings):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pose:
-    """One way to lie, whichever way it faces."""
+    """A stable pose, up to a rotation about the vertical."""
 
     rotation: np.ndarray  # (3, 3), from the cloud's frame to that of the object as it lies, z up
     probability: float  # by the backend
@@ -83,7 +83,7 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Result:
-    """What every result says of itself."""
+    """The common part of all results: notes, seconds and provenance."""
 
     notes: tuple[str, ...]  # what a reader has to know of the object
     seconds: float
@@ -92,7 +92,7 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True)
 class PoseResult(Result):
-    """How an object can lie, the likeliest pose first."""
+    """The stable poses of an object, the most probable first."""
 
     poses: tuple[Pose, ...]
     drops: int  # 0 where nothing was dropped
@@ -100,7 +100,7 @@ class PoseResult(Result):
 
 
 class Stance(StrEnum):
-    """What becomes of an object that is put on level ground."""
+    """Whether an object stands, leans, tips or rolls when it is put on level ground."""
 
     STANDS = "stands"  # keeps the pose it came in, or comes back to it, as a bowl with a round bottom does
     ROCKS = "rocks"  # leans over a little, and stands so
@@ -111,7 +111,7 @@ class Stance(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StandSettings(CheckedSettings):
-    """How an object is put on the ground, and what is set on it."""
+    """How an object is put on the ground, and the load that is put on it."""
 
     load: float = amount(0.0)  # kg, at each place in turn
     matter: Material = field(default_factory=Material)
@@ -139,12 +139,12 @@ class StandResult(Result):
 
     @property
     def share(self) -> float | None:
-        """Share of the places that can carry the load; None where it was set on none."""
+        """Share of the places that can carry the load; None if there are no places."""
         return float(self.carries.mean()) if len(self.carries) else None
 
     @property
     def tips_from(self) -> float:
-        """The least load that tips it at any of the places, kg; infinite where none does."""
+        """The smallest load that tips the object at any of the places, kg; infinite where none does."""
         return float(self.tipping_load.min(initial=math.inf))
 
     @property
@@ -159,7 +159,7 @@ class StandResult(Result):
 
 @dataclass(frozen=True, kw_only=True)
 class CarrySettings(CheckedSettings):
-    """How a filled object is carried: tilted on all sides, farther each time, and shaken."""
+    """How a filled object is carried: tilted to all sides, farther each time, and shaken."""
 
     radius: float | None = amount(None, above=0.0)  # of the spheres, metres; None: as the object is large
     spheres: int = amount(300, least=1)  # that it is filled with at most
@@ -183,7 +183,7 @@ class CarrySettings(CheckedSettings):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CarryResult(Result):
-    """What an object kept."""
+    """The share of its filling that an object kept."""
 
     filled: int  # spheres that were in it, without those on its rim, its handle or its saucer
     radius: float  # of the spheres, metres
@@ -202,28 +202,28 @@ def carry_radius(cloud: Cloud) -> float:
 
 @runtime_checkable
 class SupportsPoses(Protocol):
-    """A backend that tells how an object can lie."""
+    """A backend that finds stable poses."""
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
-        """Return the poses of a cloud's object; the same arguments give the same bits."""
+        """Return the stable poses of an object; reproducible bit for bit."""
         ...
 
 
 @runtime_checkable
 class SupportsStance(Protocol):
-    """A backend that tells whether an object stands."""
+    """A backend that finds whether an object stands."""
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Return whether a cloud's object stands as it came, and with a load at each of some places (P, 3), metres."""
+        """Return whether an object stands in its given pose, and with a load at each of the places (P, 3), metres."""
         ...
 
 
 @runtime_checkable
 class SupportsCarrying(Protocol):
-    """A backend that carries a filled object about."""
+    """A backend that carries a filled object."""
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
-        """Return what a cloud's object keeps of what it holds."""
+        """Return the share of its filling that an object keeps."""
         ...
 
 

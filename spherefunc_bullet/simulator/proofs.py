@@ -1,4 +1,4 @@
-"""What a backend may do with a place: use it, and say whether that held.
+"""Proofs: a backend may test a place by using it.
 
 An optional part of the interface, as the mechanics are: a backend has the method `prove` or has it not. A use is what
 is tried, in the frame of the cloud; where uses come from no backend knows.
@@ -21,7 +21,7 @@ REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 @dataclass(frozen=True, kw_only=True)
 class ProofSettings(CheckedSettings):
-    """How places are used."""
+    """How places are tested."""
 
     person: float = amount(1.75, least=0.6, most=2.5)  # metres, how tall a sitter is
     sitting_time: float = amount(1.0, above=0.0)  # seconds after which a sitter is looked at
@@ -65,7 +65,7 @@ Use = SitUse | PutUse | PourUse
 
 @dataclass(frozen=True, kw_only=True)
 class ProofResult:
-    """What became of one use."""
+    """The result of testing one use."""
 
     held: bool
     why: str  # one of `REASONS`; nothing where it held
@@ -75,8 +75,8 @@ class ProofResult:
 
 @runtime_checkable
 class ProvesPlaces(Protocol):
-    """A backend that uses places."""
+    """A backend that can test places."""
 
     def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
-        """Return what became of each use of a cloud's object, which stands still; same arguments, same bits."""
+        """Return the result of each use of an object, which does not move; reproducible bit for bit."""
         ...

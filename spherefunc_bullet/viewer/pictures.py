@@ -21,7 +21,7 @@ CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut lays open
 GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
 CUT_BELOW = 0.5  # metres: smaller objects are cut open
-SPHERES_ACROSS = 30  # of a picture: about so many radii to an object's largest extent
+SPHERES_ACROSS = 30  # of a picture: about this many radii to an object's largest extent
 MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
 
 

@@ -110,5 +110,5 @@ def draw_panel(axes: Axes3D, cloud: Cloud, centers: np.ndarray):
 
 
 def some(points: np.ndarray, count: int) -> np.ndarray:
-    """Return at most so many rows, evenly chosen."""
+    """Return at most this many rows, evenly chosen."""
     return points[:: max(1, -(-len(points) // count))]

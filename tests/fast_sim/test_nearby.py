@@ -11,9 +11,9 @@ from spherefunc_bullet.fast_sim.grid import insert, may_touch_points, point_grid
 from spherefunc_bullet.fast_sim.nearby import (
     POINT_REACH,
     SPHERE_REACH,
-    in_strip,
-    look_around,
-    still_serves,
+    fill_neighbourhood,
+    is_in_strip,
+    still_valid,
     touches_points,
 )
 
@@ -49,7 +49,7 @@ def test_all_that_is_near_is_found_and_nothing_else(points, known):
     cloud, centers, grid, settled = surroundings(points, 150, reach if known else None)
     nearby = empty_neighborhood(points)
     for place in places(150):
-        look_around(grid, settled, nearby, *place, RADIUS)
+        fill_neighbourhood(grid, settled, nearby, *place, RADIUS)
         found, spheres = nearby.points[:, : nearby.counts[0]].T, nearby.spheres[:, : nearby.counts[1]].T
         assert np.array_equal(np.sort(found, axis=0), within(cloud, place, reach))
         assert np.array_equal(np.sort(spheres, axis=0), within(centers, place, SPHERE_REACH * RADIUS))
@@ -86,17 +86,17 @@ def test_where_no_point_is_said_to_be_near_there_is_none():
 
 def test_a_strip_ends_at_its_edges_and_surroundings_serve_for_a_fifth_of_a_radius():
     nearby = empty_neighborhood(1)
-    assert in_strip(nearby, -1e9, 1e9)
+    assert is_in_strip(nearby, -1e9, 1e9)
     nearby.strip[:] = -0.1, 0.2, -0.3, 0.4
     for x, y in [(-0.1, 0), (0.2, 0), (0, -0.3), (0, 0.4)]:
-        assert in_strip(nearby, x, y) and not in_strip(nearby, 1.01 * x, 1.01 * y)
+        assert is_in_strip(nearby, x, y) and not is_in_strip(nearby, 1.01 * x, 1.01 * y)
     nearby.place[:] = 1, 2, 3
     for axis in range(3):
         for side in (-1, 1):
             near, far = np.array([[1.0, 2.0, 3.0]] * 2)
             near[axis] += side * 0.199 * RADIUS
             far[axis] += side * 0.201 * RADIUS
-            assert still_serves(nearby, *near, RADIUS) and not still_serves(nearby, *far, RADIUS)
+            assert still_valid(nearby, *near, RADIUS) and not still_valid(nearby, *far, RADIUS)
 
 
 @pytest.mark.parametrize("spacing", [0.001, 0.004, 0.01])

@@ -12,15 +12,15 @@ from scipy.spatial import cKDTree
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.fast_sim.contact import (
     MAX_CONTACTS,
-    allowed,
+    is_allowed,
     nearest_point,
     plane_normal,
     steepest_descent,
 )
 from spherefunc_bullet.fast_sim.drop_run import empty_neighborhood
-from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
+from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_nearby, fall_on_nearby
 from spherefunc_bullet.fast_sim.grid import find_nearest, insert, point_grid, sphere_grid
-from spherefunc_bullet.fast_sim.nearby import DEPTH, knows_fall, look_around
+from spherefunc_bullet.fast_sim.nearby import DEPTH, covers_fall, fill_neighbourhood
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
@@ -260,7 +260,7 @@ def test_steepest_descent_without_contacts_or_when_blocked(form):
 
 @BOTH
 def test_motions_into_a_contact_are_not_allowed(form):
-    may = kernel(allowed, form)
+    may = kernel(is_allowed, form)
     floor = contacts([[0, 0, 1.0]])
     assert may(*floor, 1.0, 0.0, 0.0) and may(*floor, 0.0, 0.0, 1.0) and not may(*floor, 0.0, 0.0, -1.0)
 
@@ -383,12 +383,12 @@ def test_fall_past_what_is_nearby_is_the_fall_through_the_grids(reach):
     nearby = empty_neighborhood(len(cloud))
     decided = []
     for x, y, z in random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.7], (600, 3)):
-        look_around(points, spheres, nearby, x, y, z, radius)
+        fill_neighbourhood(points, spheres, nearby, x, y, z, radius)
         x, y, z = np.array([x, y, z]) + 0.6 * radius * unit_vectors(random, 1)[0]
-        height, clear = short_fall(points, spheres, nearby, x, y, z, radius)
+        height, clear = fall_nearby(points, spheres, nearby, x, y, z, radius)
         expected, expected_clear = fall(points, spheres, x, y, z, radius)
         assert clear == expected_clear and (height == expected or not clear)
-        decided += [knows_fall(nearby, x, y, z, height, radius)] if clear and z - height > DEPTH * radius else []
+        decided += [covers_fall(nearby, x, y, z, height, radius)] if clear and z - height > DEPTH * radius else []
     assert 0.1 < np.mean(decided) < 0.9 and len(decided) > 30  # both ways are taken
 
 

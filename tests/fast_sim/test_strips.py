@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.fast_sim.drop_run import CHUNK, FEW, DropRun
-from spherefunc_bullet.fast_sim.strips import EVERYWHERE, LARGE, cuts_of
+from spherefunc_bullet.fast_sim.strips import EVERYWHERE, LARGE, strip_cuts
 from spherefunc_bullet.settling.drops import LIMITED, TO_THE_END
 from spherefunc_bullet.settling.settling import drop_if_useful
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator, one_by_one
@@ -30,7 +30,7 @@ def dropped(shape: str = "chair", seed: int = 0, **options):
 def whole_run(seed: int = 0) -> DropRun:
     settings = DropSettings(radius=RADIUS)
     run = DropRun(clouds.chair(), settings, make_simulator("fast"), seed)
-    run.go_on(settings)
+    run.continue_run(settings)
     return run
 
 
@@ -74,9 +74,9 @@ def test_there_is_room_for_all_blocks(together):
     """Also where a long stretch one by one follows strips, whose spare blocks are kept."""
     settings = DropSettings(radius=RADIUS)
     run = DropRun(clouds.chair(), settings, make_simulator("fast"), 3)
-    strips, drawn = (run.drop_in_strips, together), (run.drop_as_drawn, 500)
+    strips, drawn = (run.drop_in_strips, together), (run.drop_in_order, 500)
     for drop, count in [strips, *[drawn] * 30, strips]:
-        drop(run.take_columns(count))
+        drop(run.draw_columns(count))
         assert run.spheres.used[0] <= len(run.spheres.blocks) and run.settled <= len(run.on_object)
     assert run.settled > CHUNK
 
@@ -85,14 +85,14 @@ def test_misses_in_a_row_go_on_from_strips_to_strips():
     """On a slope that holds nothing a run ends after as many drops as may miss, however many fall together."""
     settings = DropSettings(radius=RADIUS, miss_limit=100)
     run = DropRun(clouds.incline(30, length=0.5), settings, make_simulator("fast"), 0)
-    assert [run.drop_in_strips(run.take_columns(count)) for count in (30, 40, 29, 1)] == [False, False, False, True]
+    assert [run.drop_in_strips(run.draw_columns(count)) for count in (30, 40, 29, 1)] == [False, False, False, True]
     assert run.settled == 0 and run.drops == 100 and run.stop() == Stop.MISSES
 
 
 def test_what_settles_ends_a_row_of_misses():
     run = DropRun(clouds.chair(), DropSettings(radius=RADIUS), make_simulator("fast"), 0)
     for _ in range(200):
-        assert not run.drop_in_strips(run.take_columns(2))
+        assert not run.drop_in_strips(run.draw_columns(2))
         outcomes = np.concatenate(run.outcomes)
         assert run.state[4] == len(outcomes) - 1 - np.flatnonzero(outcomes == 0)[-1]
     assert 0 < run.settled < run.drops
@@ -144,7 +144,7 @@ def test_features_are_of_spheres_that_are_dropped_one_by_one(length):
 
 @pytest.mark.parametrize(("count", "strips"), [(25, 1), (26, 2), (199, 2), (200, 2), (420, 4)])
 def test_cuts(count, strips):
-    cuts = cuts_of(-1.0, 0.5, count)
+    cuts = strip_cuts(-1.0, 0.5, count)
     assert len(cuts) == strips - 1
     assert np.allclose(np.diff([-1.0, *cuts, -1.0 + 0.5 * count]), 0.5 * count / strips)
 

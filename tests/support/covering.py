@@ -65,9 +65,9 @@ class Copy:
             self.tests.append(known.stem)
             if not known.exists():
                 self.run([str(path)], math.inf, known)
-            self.take_in(json.loads(known.read_text()))
+            self.record_outcome(json.loads(known.read_text()))
 
-    def take_in(self, found: tuple[dict[str, float], dict[str, dict[str, list[str]]]]):
+    def record_outcome(self, found: tuple[dict[str, float], dict[str, dict[str, list[str]]]]):
         """Take note of what the tests of one file take and run."""
         self.seconds |= found[0]
         for file, lines in found[1].items():

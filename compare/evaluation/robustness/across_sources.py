@@ -181,9 +181,11 @@ def print_report(report: dict[str, Any]):
 
 
 def main(
-    data: Annotated[list[str], typer.Argument(help="All that is learnt: catalogues, others' objects, copies of both.")],
+    data: Annotated[
+        list[str], typer.Argument(help="Training data: catalogues, models by other people, copies of both.")
+    ],
     backend: options.Backend = "fast",
-    model: Annotated[Path | None, typer.Option(help="One that has learnt DATA, whose quantities are taken.")] = None,
+    model: Annotated[Path | None, typer.Option(help="A model trained on DATA, whose quantities are used.")] = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = -1,
     json: options.Json = False,

@@ -76,7 +76,7 @@ def corruption_rates(
     tested : Simulated, optional
         The objects to test.
     copied : int
-        So many objects of each function at most, evenly chosen, and twice as many without one.
+        This many objects of each function at most, evenly chosen, and twice as many without one.
     """
     corrupted_set = asked_of(learnt, tested, drop_config, copied, jobs, failed)
     splits = splits_of(corrupted_set, None if tested is None else len(learnt.objects), drop_config.seed)

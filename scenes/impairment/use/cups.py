@@ -82,7 +82,7 @@ CHAIRS_HIGH = 0.55  # metres, a top under which chairs go
 
 @needs("level", triangles=True)
 def laid(specimen: Specimen, top: LevelPart, rng: np.random.Generator, least: int, most: int) -> ObjectSurface | None:
-    """Put so many objects on the top, as many as have room there."""
+    """Put this many objects on the top, as many as have room there."""
     objects = [small_object(rng) for _ in range(rng.integers(least, most + 1))]
     return with_objects(specimen.surface, top, objects, rng)
 

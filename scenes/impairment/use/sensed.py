@@ -90,7 +90,7 @@ def crumbs(points: np.ndarray, count: float, rng: np.random.Generator) -> np.nda
 
 
 def views(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndarray:
-    """Keep what so many cameras see, that look down on the object from around it."""
+    """Keep what this many cameras see, that look down on the object from around it."""
     start, seen = rng.uniform(0, 2 * np.pi), np.zeros(len(points), bool)
     for number in range(round(count)):
         azimuth = start + number * 2 * np.pi / round(count) + rng.uniform(-0.3, 0.3)

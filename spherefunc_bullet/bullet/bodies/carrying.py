@@ -145,7 +145,7 @@ def carry_filled(
 
 
 def carrying_physics(physics: Physics, settings: CarrySettings, spheres: int, finer: int) -> Physics:
-    """Return a backend's physics as it is for carrying so many spheres.
+    """Return a backend's physics as it is for carrying this many spheres.
 
     Without friction of rolling: it is there to hold what has settled on 5 degrees, but it holds some spheres on 15, and
     it doubles what the solver has to do.

@@ -55,6 +55,6 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Pr
 
 
 def sphere_radius(use: PourUse, count: int) -> float:
-    """Return the radius of so many spheres that stand for a volume."""
+    """Return the radius of this many spheres that stand for a volume."""
     full = (PACKED * use.volume / count * 3 / (4 * np.pi)) ** (1 / 3)
     return float(min(full, OPENING * use.radius))

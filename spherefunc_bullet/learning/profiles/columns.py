@@ -171,7 +171,7 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
 
 
 def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return which piece each of so many objects belongs to (N,), from 0, where pairs of them are linked.
+    """Return which piece each of this many objects belongs to (N,), from 0, where pairs of them are linked.
 
     Everything takes the lowest number that it is linked to until nothing changes.
     """
@@ -244,7 +244,7 @@ def scatter_of(heights: np.ndarray) -> float:
 
 
 def count_parts(places: np.ndarray, largest: float) -> int:
-    """Return in how many parts places (N, 2) fall, of no more than so many square metres each."""
+    """Return in how many parts places (N, 2) fall, of no more than this many square metres each."""
     if not len(places):
         return 0
     cells = np.unique(np.floor(places / CELL), axis=0)

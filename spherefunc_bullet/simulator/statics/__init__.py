@@ -1,4 +1,4 @@
-"""Statics: what weight and support tell of an object that is free to move, without any motion.
+"""Statics: stable poses and standing of an object, from its weight and supports, without simulating motion.
 
 May import `mechanics` and `clouds`; every backend may use it.
 """

@@ -1,4 +1,4 @@
-"""An object as one rigid body: its mass, where its weight acts, and the convex hull that level ground meets."""
+"""An object as a rigid body: mass, centre of mass, and the convex hull on which it rests."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class Body:
         return float(np.ptp(self.corners, axis=0).max())
 
     def turned(self, rotation: np.ndarray) -> Body:
-        """Return the body turned (3, 3) about the origin."""
+        """Return the body rotated (3, 3) about the origin."""
         inertia = rotation @ self.inertia @ rotation.T
         return replace(self, center=rotation @ self.center, inertia=inertia, corners=self.corners @ rotation.T)
 
     def loaded(self, load: float, place: np.ndarray) -> Body:
-        """Return the body with a load in kg fixed at a place (3,), metres."""
+        """Return the body with a load in kg fixed at a point (3,), metres."""
         mass = self.mass + load
         center = (self.mass * self.center + load * np.asarray(place)) / mass
         inertia = self.inertia + steiner(self.mass, self.center - center) + steiner(load, place - center)
@@ -124,7 +124,7 @@ def hull_corners(points: np.ndarray, name: str) -> np.ndarray:
 
 
 def spread_out(points: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices, ascending, of so many points (N, 3), each the farthest from those before it."""
+    """Return the indices, ascending, of this many points (N, 3), each the farthest from those before it."""
     chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
     distances = np.full(len(points), np.inf)
     for _ in range(count - 1):

@@ -1,4 +1,4 @@
-"""Does it stand? The centre of mass against the polygon of its supports, with and without a load.
+"""Standing: the centre of mass against the support polygon, with and without a load.
 
 Exact for a rigid body on level ground that is put down without speed: it keeps its pose while its weight acts within
 the support polygon, and rolls over an edge of it otherwise. On a round bottom it leans until its weight acts over where
@@ -27,7 +27,7 @@ FINE = 0.01  # of that load
 
 @dataclass(frozen=True, kw_only=True)
 class StandState:
-    """What becomes of a body that is put on the ground."""
+    """The stance of a body that is put on the ground."""
 
     stance: Stance
     tilt_deg: float
@@ -51,17 +51,17 @@ class StandState:
 
 
 def stand(body: Body, settings: StandSettings) -> StandState:
-    """Return what becomes of a body that is put on the ground as it came."""
+    """Return the stance of a body that is put on the ground in its given pose."""
     return let_down(facets_of(body), settings)
 
 
 def let_down(facets: Facets, settings: StandSettings) -> StandState:
-    """Return what becomes of a body of which the facets are known."""
+    """Return the stance of a body whose facets are known."""
     return stance_at(facets, facets.normals[facets.rests_on[facets.pierced(DOWN)][0]], settings)
 
 
 def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> StandState:
-    """Return how a body stands that has come to rest with a direction (3,) down."""
+    """Return the stance of a body that has come to rest with a direction (3,) pointing down."""
     rest = rest_at(facets, int(facets.nearest(down[None])[0]))
     tilt = float(np.degrees(np.arccos(np.clip(-rest.down[2], -1, 1))))
     leans = tilt > settings.tilt_deg
@@ -84,13 +84,13 @@ def beyond_support(body: Body, places: np.ndarray) -> np.ndarray | None:
 
 
 def margin(body: Body) -> float:
-    """Return how far within its support polygon a body's weight acts, metres; minus infinity where it has none."""
+    """Return the distance of the centre of mass inside the support polygon, metres; minus infinity without one."""
     beyond = beyond_support(body, body.center[None, :2])
     return -np.inf if beyond is None else -float(beyond.max())
 
 
 def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
-    """Return from which load on a body tips, (P,) kg, when set on places (P, 3); infinite where none does.
+    """Return the smallest load (P,) kg that tips a body at each of the places (P, 3); infinite where none does.
 
     About an edge of the support polygon the moments of body and load are equal at the load that tips it.
     """
@@ -105,14 +105,14 @@ def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class LoadedBody:
-    """A body as it stands, on which loads are set."""
+    """A standing body on which loads are put."""
 
     body: Body
     facets: Facets
     settings: StandSettings
 
     def stand(self, load: float, place: np.ndarray) -> StandState:
-        """Return what becomes of it under a load in kg at a place (3,)."""
+        """Return the stance under a load in kg at a place (3,)."""
         shift = (self.body.loaded(load, place).center - self.body.center) / self.body.extent
         return let_down(self.facets.about(shift), self.settings)
 
@@ -130,7 +130,7 @@ class LoadedBody:
 
 
 def evenly_chosen(places: np.ndarray, most: int) -> np.ndarray:
-    """Return at most so many of places (P, 3), evenly chosen."""
+    """Return at most this many of places (P, 3), evenly chosen."""
     return places if len(places) <= most else places[np.arange(most) * len(places) // most]
 
 
