@@ -85,7 +85,7 @@ class FastSimulator:
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Return by statics whether an object stands (see `SupportsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
-        from spherefunc_bullet.simulator.statics.standing import stood
+        from spherefunc_bullet.simulator.statics.standing import loaded_stances
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, provenance)
+        return loaded_stances(body, places, settings, provenance)

@@ -90,7 +90,7 @@ def compare(
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    with going_on(run):
+    with continuation_hint(run):
         comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
         experiment = repeatable(experiment, comparison)
         shares = None
@@ -109,7 +109,7 @@ def compare(
 
 
 @contextmanager
-def going_on(run: Path | None) -> Iterator[None]:
+def continuation_hint(run: Path | None) -> Iterator[None]:
     """On an interruption, print what is saved and how to continue."""
     try:
         yield
@@ -133,7 +133,7 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     values |= {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
     read_methods(list(values.get("methods", [PROFILE])))
     if "tasks" in given:
-        values["tasks"] = asked_tasks(given["tasks"])
+        values["tasks"] = parse_tasks(given["tasks"])
     if PROFILE in values.get("methods", [PROFILE]):  # full runs on copies would take hours
         values.setdefault("copied", COPIED)
     if "seed" in given:
@@ -145,12 +145,12 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     return Experiment(data=data, **values)
 
 
-def asked_tasks(text: str) -> tuple[str, ...]:
+def parse_tasks(text: str) -> tuple[str, ...]:
     """Return the tasks of a comma-separated list, labels among them."""
-    from ..comparison.experiment import read_asked
+    from ..comparison.experiment import read_options_of
 
     try:
-        return read_asked(list(names("tasks", text)))
+        return read_options_of(list(names("tasks", text)))
     except InputError as error:
         raise InputError(f"--tasks {text}: {error}") from error
 

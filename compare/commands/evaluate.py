@@ -77,12 +77,12 @@ def evaluate(
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
     from ..mechanics.measures import task_reports
-    from .compare import asked_tasks
+    from .compare import parse_tasks
     from .mechanics import print_measured
 
     require_sensible(data, test, impaired, corruptions, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
-    task_names, chosen = asked_tasks(tasks), find_method(method)
+    task_names, chosen = parse_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii
 

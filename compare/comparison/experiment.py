@@ -219,7 +219,7 @@ def read_methods(value: object) -> tuple[str, ...]:
     return named
 
 
-def read_asked(value: object) -> tuple[str, ...]:
+def read_options_of(value: object) -> tuple[str, ...]:
     """Return the names of tasks, of which labels are one."""
     named = read_tasks(texts(value), (LABELS, *TASKS))
     if LABELS not in named:
@@ -235,7 +235,7 @@ KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, 
     "radii": (read_radii, "a list of lengths, or a table of such lists by backend"),
     "options": (read_options, "a table of tables by backend"),
     "methods": (read_methods, "a list of names"),
-    "tasks": (read_asked, f"a list of tasks, {LABELS} among them"),
+    "tasks": (read_options_of, f"a list of tasks, {LABELS} among them"),
     "task_objects": (whole, "a whole number from 1"),
     "seeds": (read_seeds, "two whole numbers from 0, the second for what is dropped again"),
     "trials": (whole, "a whole number from 1"),

@@ -95,14 +95,14 @@ class LiveDemo:
             self.reasons = gui.add_markdown("")
         server.scene.set_up_direction("+z")
         for control in (self.object, self.radius, self.tilt, self.drops):
-            control.on_update(self.ask_again)
-        self.backend.on_click(self.ask_again)
+            control.on_update(self.classify_again)
+        self.backend.on_click(self.classify_again)
 
     def bar(self, colour: tuple[int, int, int]):
         """Return an empty bar."""
         return self.server.gui.add_progress_bar(0.0, color=colour)
 
-    def ask_again(self, _event: object):
+    def classify_again(self, _event: object):
         """Note that a control was moved; the simulation runs in the main thread."""
         self.changed.set()
 

@@ -116,10 +116,10 @@ class FeatureMethod(Protocol):
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what is said of the objects under a protocol."""
-        return evaluation_of(self, splits, iter(self.trials(asked_by(splits))))
+        return evaluation_of(self, splits, iter(self.trials(splits_of_protocol(splits))))
 
 
-def asked_by(splits: Splits) -> list[Sequence[Split]]:
+def splits_of_protocol(splits: Splits) -> list[Sequence[Split]]:
     """Return the trials that a protocol asks for, each by its splits."""
     return [*([split] for trials in splits.halves.values() for split in trials), *splits.left_out.values()]
 

@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.cached_runs import Check
 from spherefunc_bullet.settling.drops import DropsByRadius, settled_in_column
 from spherefunc_bullet.settling.records import ObjectRecord
 
-from .evaluation import Evaluation, FeatureMethod, Trial, Weights, asked_by, evaluation_of, pooled_trial
+from .evaluation import Evaluation, FeatureMethod, Trial, Weights, evaluation_of, pooled_trial, splits_of_protocol
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
 from .related.examiner import related
@@ -91,7 +91,7 @@ class ProfileFeatures(FeatureMethod):
 
 def evaluations(tasks: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
     """Return what was said of objects under protocols, all of it learnt side by side."""
-    results = iter(trials_of([(one, splits) for one, protocol in tasks for splits in asked_by(protocol)]))
+    results = iter(trials_of([(one, splits) for one, protocol in tasks for splits in splits_of_protocol(protocol)]))
     return [evaluation_of(one, protocol, results) for one, protocol in tasks]
 
 
@@ -156,7 +156,7 @@ def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
     return group_copies(names, originals) if any(originals) else None
 
 
-def sure_across_sources(read: ProfileFeatures, objects: Sequence[DatasetObject]) -> ProfileFeatures:
+def calibrated_across_sources(read: ProfileFeatures, objects: Sequence[DatasetObject]) -> ProfileFeatures:
     """Return what learns how sure to be from the objects of each source when nothing of that source is learnt."""
     names, originals = distinct_names(objects)
     return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))

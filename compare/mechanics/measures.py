@@ -103,12 +103,12 @@ def measured(
     if "poses" in tasks and classifier is None:
         classifier = load_model(shipped_model("fast"))
 
-    def able(task: str) -> dict[str, Simulator]:
+    def measurable(task: str) -> dict[str, Simulator]:
         named = ABILITIES[task]
         return {name: one for name, one in simulators.items() if task in tasks and callable(getattr(one, named, None))}
 
     def scored(task: str, score: Callable[..., Any], *more: object) -> dict[str, Any]:
-        scored = {name: score(objects, one, *more, count, loading) for name, one in able(task).items()}
+        scored = {name: score(objects, one, *more, count, loading) for name, one in measurable(task).items()}
         return {name: one for name, one in scored.items() if one is not None}
 
     return TaskReports(
@@ -116,7 +116,7 @@ def measured(
         standing=scored("standing", score_standing),
         keeping=scored("keeping", score_keeping),
         places=scored("places", score_sitting),
-        unable={task: tuple(name for name in simulators if name not in able(task)) for task in tasks},
+        unable={task: tuple(name for name in simulators if name not in measurable(task)) for task in tasks},
     )
 
 
@@ -131,7 +131,7 @@ def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequenc
         beside_none = f"{slow.backend} was compared with no other backend"
         sentence = f"only {slow.backend} can do it, {', '.join(unable)} cannot" if unable else beside_none
         return f"{task}: {sentence} ({words})."
-    better, chance = beside(quick, slow)
+    better, chance = compare_outcomes(quick, slow)
     verdict = "level with" if chance > CHANCE else "better than" if better else "worse than"
     buys = "gains nothing measurable" if chance > CHANCE else "buys that" if better else "costs that"
     times = f"{slow.seconds / max(quick.seconds, 1e-9):.1f} times the time"
@@ -140,7 +140,7 @@ def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequenc
     return f"{task}: {slow.backend} is {verdict} {quick.backend} ({values}) and {buys}, at {price}."
 
 
-def beside(first: TaskOutcome, second: TaskOutcome) -> tuple[bool, float]:
+def compare_outcomes(first: TaskOutcome, second: TaskOutcome) -> tuple[bool, float]:
     """Return whether the second is right more often, and how likely chance alone gives such a difference.
 
     An exact sign test of the objects of which one alone is right (McNemar).

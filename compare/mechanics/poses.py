@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import ScoredAnswers, TaskAnswer, asked, score_of
+from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -32,7 +32,7 @@ class PoseScore:
     """How well one backend finds poses."""
 
     backend: str
-    asked: int
+    simulator_answers: int
     found: float  # share of objects whose upright pose is among them
     first: float  # the upright pose has the highest score of the object's function
     likeliest: float  # it is the likeliest pose
@@ -67,7 +67,7 @@ def score_poses(
     for function in classifier.functions_:
         of_function = [item for item in chosen if main_function(item, classifier.functions_) == function]
         more = (f"posing by {simulator.name}", loading, function, classifier)
-        for item, answer, _ in asked(posed, of_function, simulator, *more):
+        for item, answer, _ in simulator_answers(posed, of_function, simulator, *more):
             answers[item.path.name] = answer
     found = list(answers.values())
     if not found:
@@ -108,7 +108,7 @@ class HoledScore:
     """What vessels keep that have a hole in the wall at one height."""
 
     kind: str
-    asked: int
+    simulator_answers: int
     kept: Curve  # in the mean
     classified: float  # share that is still classified as a vessel
 
@@ -131,7 +131,7 @@ def score_keeping(
     verdicts, seconds = [], []
     curves: dict[str, list[Curve]] = {WHOLE: [], OTHER: []}
     for true, items in ((True, vessels), (False, evenly(flat, count))):
-        for item, kept, taken in asked(carried, items, simulator, "carrying", loading, true):
+        for item, kept, taken in simulator_answers(carried, items, simulator, "carrying", loading, true):
             seconds.append(taken / len(kept))
             whole = kept.pop(WHOLE)
             curves[WHOLE if true else OTHER].append(whole)

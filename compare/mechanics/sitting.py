@@ -27,7 +27,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import ScoredAnswers, TaskAnswer, asked, score_of
+from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
@@ -97,7 +97,7 @@ def score_sitting(
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
-    for item, held, _ in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
+    for item, held, _ in simulator_answers(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
         seconds += [taken for _, taken in held.values()]
         verdicts += [
             TaskAnswer(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)

@@ -48,7 +48,7 @@ class TaskScore:
     """How well one backend did a task."""
 
     backend: str
-    asked: int
+    simulator_answers: int
     f_measure: float
     precision: float
     recall: float
@@ -70,7 +70,7 @@ class TaskOutcome:
     backend: str
     measure: str  # what the value is
     value: float
-    asked: int
+    simulator_answers: int
     seconds: float  # of one object
     right: dict[str, bool]  # by object
 
@@ -82,7 +82,7 @@ def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -
     return TaskScore(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
 
 
-def asked(
+def simulator_answers(
     function: Callable[..., Answer], objects: Sequence[DatasetObject], simulator: Simulator, doing: str, *more: object
 ) -> Iterator[tuple[DatasetObject, Answer, float]]:
     """Yield each object with a function's answer about its file, and the seconds of processor time that it took."""
@@ -129,15 +129,15 @@ class StandAnswer:
         return TaskAnswer(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
 
 
-def stood(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
+def standing_answers(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
     """Return how a file's object stands, and each sawn copy of it that can be made."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
     variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
-    return [stood_one(variant, kind, simulator, function) for kind, variant in variants]
+    return [standing_answer(variant, kind, simulator, function) for kind, variant in variants]
 
 
-def stood_one(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
+def standing_answer(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
     """Return how one object stands under its load."""
     load = PERSON if function == "sittable" else body_of(cloud, Material()).mass
     places = resting_places(cloud)
@@ -174,8 +174,8 @@ def score_standing(
         of_function = [
             item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function
         ]
-        for item, found, taken in asked(
-            stood, of_function, simulator, f"standing by {simulator.name}", loading, function
+        for item, found, taken in simulator_answers(
+            standing_answers, of_function, simulator, f"standing by {simulator.name}", loading, function
         ):
             answers |= {f"{item.path.name} {one.kind}": one for one in found}
             seconds.append(taken / len(found))

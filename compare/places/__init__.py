@@ -1,1 +1,1 @@
-"""Exams of places: by a world of their own, by water, by catalogues and by hand."""
+"""Benchmarks of places: by another world, by water, by catalogues and by labels set by hand."""

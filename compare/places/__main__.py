@@ -1,4 +1,4 @@
-"""Examine places, and print what came out as JSON.
+"""Benchmarks of places, printed as JSON.
 
 python -m spherefunc_bullet.compare.places put|seats|sitters|capacity|scans|proofs|seconds FOLDER
     [--headings FILE] [--every N] [--category NAME] [--objects FOLDER]
@@ -28,14 +28,14 @@ from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import load_scan
 
-from .proofs import copies_tried, proofs_examined, seconds_taken
-from .putting import examined, laid, put_objects, summary
+from .proofs import copies_tried, proofs_benchmark, seconds_taken
+from .putting import lay_object, put_benchmark, put_objects, summary
 
 DISC, ABOVE, NEAR = 0.04, 0.15, 0.02  # metres: radius, free height, and how far from its level a point supports it
 SUPPORTED = 0.9  # of the disc's area
 
 
-def scan_examined(file: Path) -> dict[str, object]:
+def scan_benchmark(file: Path) -> dict[str, object]:
     """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
 
     Those of surfaces that were seen in part are counted apart, as inferred.
@@ -154,16 +154,16 @@ def open_above(wall: np.ndarray, dry: np.ndarray, outside: int, layer: int) -> n
 
 
 def main():
-    """Run one exam."""
-    parser = argparse.ArgumentParser(description="Examine places.")
-    parser.add_argument("exam", choices=sorted(EXAMS))
+    """Run one benchmark of places."""
+    parser = argparse.ArgumentParser(description="Run a benchmark of places.")
+    parser.add_argument("benchmark", choices=sorted(BENCHMARKS))
     parser.add_argument("folder", type=Path)
     parser.add_argument("--headings", type=Path, default=Path("tests/places/seat_headings.csv"))
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--category", help="put: objects of this category of the manifest instead of tables")
     parser.add_argument("--objects", type=Path, help="put: folder with the mug, the bottle and the plate")
     options = parser.parse_args()
-    print_json(EXAMS[options.exam](options))
+    print_json(BENCHMARKS[options.benchmark](options))
 
 
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
@@ -180,9 +180,9 @@ def put(options: argparse.Namespace) -> dict[str, object]:
     objects, rng, bare, full = put_objects(options.objects or options.folder), np.random.default_rng(0), [], []
     for file in files_of(options, "table"):
         table = load_cloud(file)
-        bare.append(examined(table, objects, rng))
-        if (with_others := laid(table, objects, rng)) is not None:
-            full.append(examined(with_others, objects, rng))
+        bare.append(put_benchmark(table, objects, rng))
+        if (with_others := lay_object(table, objects, rng)) is not None:
+            full.append(put_benchmark(with_others, objects, rng))
         say(file.name)
     return {"tables": len(bare), "bare": summary(bare), "laid tables": len(full), "laid": summary(full)}
 
@@ -200,13 +200,13 @@ def capacity(options: argparse.Namespace) -> dict[str, object]:
 
 def scans(options: argparse.Namespace) -> dict[str, object]:
     """Look at the places to put of real scans."""
-    rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
+    rows = [scan_benchmark(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
     total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
-EXAMS = {one.__name__: one for one in (put, seats, capacity, scans)} | {
-    "proofs": lambda options: proofs_examined(options.folder),
+BENCHMARKS = {one.__name__: one for one in (put, seats, capacity, scans)} | {
+    "proofs": lambda options: proofs_benchmark(options.folder),
     "sitters": lambda options: copies_tried(open_dataset(str(options.folder)).objects, options.every),
     "seconds": lambda options: seconds_taken(options.folder, options.every),
 }

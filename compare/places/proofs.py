@@ -57,7 +57,7 @@ def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict
     return simulated.objects, dict(zip(labels.functions, scores.T, strict=True))
 
 
-def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> TriedPlaces:
+def try_places(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> TriedPlaces:
     """Return what becomes of an object's places of one kind: all places to sit, the best of the other kinds."""
     started = time.perf_counter()
     places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
@@ -87,7 +87,7 @@ def objects_tried(objects: Sequence[DatasetObject], scores: Mapping[str, np.ndar
         if function in item.functions or (scores[function][row] >= NO_SEAT and function not in item.also)
     ]
     return [
-        tried(load_cloud(objects[row].path), objects[row], kind, scores[function][row], known_of(scores, row))
+        try_places(load_cloud(objects[row].path), objects[row], kind, scores[function][row], known_of(scores, row))
         for row in progress(may, len(may), f"{kind}: using objects")
     ]
 
@@ -136,11 +136,11 @@ def sat_on(item: DatasetObject) -> Iterator[CopySeats]:
         if copy is None:
             continue
         cloud = Cloud(copy.points, kind.kind) if copy.is_cloud else cloud_from_mesh(*copy.mesh(), kind.kind)
-        assumed = tried(cloud, item, "sit", 1.0, SURE)
+        assumed = try_places(cloud, item, "sit", 1.0, SURE)
         known = scores_of(cloud)
         answered = assumed
         if known[SEAT] <= CLAIMED:  # above that it is sat on as what is surely a seat
-            answered = tried(cloud, item, "sit", known[SEAT], known) if known[SEAT] >= NO_SEAT else None
+            answered = try_places(cloud, item, "sit", known[SEAT], known) if known[SEAT] >= NO_SEAT else None
         yield CopySeats(kind=kind.kind, works=kind.works, assumed=assumed, answered=answered)
 
 
@@ -189,13 +189,13 @@ def quality(rows: Sequence[TriedPlaces], predicted: Sequence[bool]) -> dict[str,
     return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
 
 
-def proofs_examined(folder: Path) -> dict[str, object]:
+def proofs_benchmark(folder: Path) -> dict[str, object]:
     """Return what spheres, places and proofs say of objects, and what the verdicts are worth."""
     objects, scores = scores_across_sources(folder)
-    return {kind: bought(objects_tried(objects, scores, kind)) for kind in KINDS}
+    return {kind: benefit_of_proofs(objects_tried(objects, scores, kind)) for kind in KINDS}
 
 
-def bought(rows: Sequence[TriedPlaces]) -> dict[str, object]:
+def benefit_of_proofs(rows: Sequence[TriedPlaces]) -> dict[str, object]:
     """Return what places and proofs of one kind add to the spheres' scores, and the shares that have the function."""
     called = [one.score > CLAIMED for one in rows]
     placed = [yes and one.places > 0 for one, yes in zip(rows, called, strict=True)]

@@ -108,7 +108,7 @@ def put_objects(folder: Path) -> dict[str, Cloud]:
     return objects | {"book": cloud_from_mesh(book.vertices, book.faces, "book")}
 
 
-def laid(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> Cloud | None:
+def lay_object(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> Cloud | None:
     """Return a table with a mug, a bottle and a book on it, as one mesh; None where they find no place."""
     parts = [(table.mesh.vertices, table.mesh.faces)]
     for name in ("mug", "bottle", "book"):
@@ -125,7 +125,7 @@ def put_on(cloud: Cloud, put: Cloud) -> list[Place]:
     return [place for place in places_of(cloud, put=put, scores={}) if place.kind == "put"]
 
 
-def examined(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, StayCounts | None]:
+def put_benchmark(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, StayCounts | None]:
     """Return what becomes of each object at random poses on one table; None where there are no poses."""
     world, rows = OwnWorld(cloud), {}
     for name, put in objects.items():

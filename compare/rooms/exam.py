@@ -35,7 +35,7 @@ Interval = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ExaminedScan:
+class BenchmarkScan:
     """The verdicts of one scan, by object and by place."""
 
     source: str  # whose it is: the first word of its name
@@ -57,7 +57,7 @@ def source_of(path: Path) -> str:
     return path.stem.split("_")[0]
 
 
-def judged_places(
+def match_places(
     truth: Sequence[TrueObject], scan: Scan, room: Room, recognised: Sequence[RecognisedObject]
 ) -> list[MatchResult]:
     """Compare the best place of each function claimed of each object with the truth's boxes, in the scan's frame.
@@ -124,19 +124,19 @@ def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]
     return rounded(float(low), 3), rounded(float(high), 3)
 
 
-def exam_rows(scans: Sequence[ExaminedScan]) -> list[Row]:
+def benchmark_rows(scans: Sequence[BenchmarkScan]) -> list[Row]:
     """Return the lines of the exam: all, by function and by source, each by object and by place."""
     functions = sorted({one.function for scan in scans for unit in scan.verdicts.values() for one in unit})
     sources = sorted({scan.source for scan in scans})
     rows = []
     for unit in (OBJECT, PLACE):
-        rows += [exam_row(unit, name, [scan.score(unit, name) for scan in scans]) for name in (ALL, *functions)]
+        rows += [benchmark_row(unit, name, [scan.score(unit, name) for scan in scans]) for name in (ALL, *functions)]
         for source in sources:
-            rows.append(exam_row(unit, source, [scan.score(unit) for scan in scans if scan.source == source]))
+            rows.append(benchmark_row(unit, source, [scan.score(unit) for scan in scans if scan.source == source]))
     return rows
 
 
-def exam_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
+def benchmark_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
     """Return one line from the scores of its scans."""
     return {
         "by": unit,
@@ -148,7 +148,7 @@ def exam_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
     }
 
 
-def print_exam(rows: Sequence[Row]):
+def print_benchmark(rows: Sequence[Row]):
     """Print the exam."""
     table = [
         [row["by"], row["of"], row["scans"]]

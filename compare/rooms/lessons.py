@@ -23,7 +23,7 @@ from spherefunc_bullet.errors import explaining
 from spherefunc_bullet.formats.files import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
-from spherefunc_bullet.scenes.recognition.surroundings import alone
+from spherefunc_bullet.scenes.recognition.surroundings import surroundings_alone
 from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
@@ -140,7 +140,7 @@ def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassi
     """Return the training example of a whole model."""
     settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.run_limit)
     name, source = item.path.name, source_object(item)
-    surroundings = alone(cloud.points, bounding_box(cloud.points).size)
+    surroundings = surroundings_alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
     return TrainingExample(name=name, source=source, functions=item.functions, record=record, surroundings=surroundings)
 

@@ -166,14 +166,14 @@ def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
     return shared if shared >= least else 0.0
 
 
-def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
+def match_objects(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare each function of each object: the largest overlaps are matched first, each object once."""
     wanted = [item.functions | item.disputed for item in truth]
     functions = sorted(set().union(*wanted, *(item.functions for item in recognised)))
     return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
 
 
-def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[MatchResult]:
+def match_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare what was inferred with the truth: true if the middle of an object of that function lies in its box.
 
     Seen from above, and each object once. Of what is inferred most was not seen, and the truth's box may be of a back

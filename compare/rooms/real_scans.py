@@ -26,8 +26,8 @@ from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
 
-from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_exam, source_of
-from .matching import MatchResult, Row, Score, judged, judged_by_place, score_of, score_row
+from .exam import OBJECT, PLACE, BenchmarkScan, benchmark_rows, match_places, print_benchmark, source_of
+from .matching import MatchResult, Row, Score, match_by_place, match_objects, score_of, score_row
 from .truth import inferred_in, read_rows, recognised_in, true_objects
 
 Verdicts = Sequence[MatchResult]
@@ -40,7 +40,7 @@ class ScanResults:
     rows: list[Row] = field(default_factory=list)
     verdicts: list[MatchResult] = field(default_factory=list)
     inferred: list[MatchResult] = field(default_factory=list)  # of what nobody saw: each claim's
-    examined: list[ExaminedScan] = field(default_factory=list)
+    examined: list[BenchmarkScan] = field(default_factory=list)
 
     def json(self) -> dict[str, object]:
         """Return it for JSON."""
@@ -48,14 +48,14 @@ class ScanResults:
             "scans": self.rows,
             **score_row(score_of(self.verdicts)),
             "functions": {name: score_row(score) for name, score in scores_by_function(self.verdicts).items()},
-            "exam": exam_rows(self.examined),
+            "exam": benchmark_rows(self.examined),
             "inferred": inferred_row(self.inferred),
         }
 
     def print(self):
         """Print it for people."""
         print_scans(self.rows)
-        print_exam(exam_rows(self.examined))
+        print_benchmark(benchmark_rows(self.examined))
         print_inferred(self.inferred)
         score = score_row(score_of(self.verdicts))
         show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
@@ -102,12 +102,12 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
     row = scan_row(path, scan, room, time.process_time() - started)
     if truth is not None:
         recognised = recognised_in(scan, room)
-        verdicts = judged(truth, recognised)
+        verdicts = match_objects(truth, recognised)
         row |= known_row(verdicts)
         measured.verdicts += verdicts
-        measured.inferred += judged_by_place(truth, inferred_in(scan, room))
-        units = {OBJECT: verdicts, PLACE: judged_places(truth, scan, room, recognised)}
-        measured.examined.append(ExaminedScan(source=source_of(path), verdicts=units))
+        measured.inferred += match_by_place(truth, inferred_in(scan, room))
+        units = {OBJECT: verdicts, PLACE: match_places(truth, scan, room, recognised)}
+        measured.examined.append(BenchmarkScan(source=source_of(path), verdicts=units))
     measured.rows.append(row)
     write_picture(pictures, path, scan, room)
 

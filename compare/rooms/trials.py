@@ -123,7 +123,7 @@ class Fold:
     jobs: int = 1
     of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # what it says of whole models
 
-    def ask_of_models(self, items: Iterable[DatasetObject]):
+    def settle_whole_models(self, items: Iterable[DatasetObject]):
         """Keep what the model says of the whole models of objects; each is asked for once."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
         model = self.model
@@ -152,7 +152,9 @@ def run_trial(
 
     rooms = list(furnished_rooms(folds, trial, failed))
     for fold in folds:
-        fold.ask_of_models(placed.item for room, room_fold in rooms if room_fold is fold for placed in room.objects)
+        fold.settle_whole_models(
+            placed.item for room, room_fold in rooms if room_fold is fold for placed in room.objects
+        )
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
     total = dict.fromkeys(trial.conditions, ConditionCounts())
     for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):

@@ -20,7 +20,7 @@ from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, is_floor, numbered_by_size, segment
 from ..settings import POOL
 from .completion import DEFAULT
-from .judging import RecognitionContext, is_fragment, judged, object_cloud
+from .judging import RecognitionContext, classify_proposals, is_fragment, object_cloud
 from .proposals import CLUSTERS, Proposal, Scene, propose
 from .recognition import Room, scene_object
 from .room import ObjectCandidate
@@ -116,7 +116,9 @@ def recognise_as_paper(
     ]
     objects = [
         scene_object(number, points, ObjectCandidate(proposal=one.proposal, functions=one.functions, place=number))
-        for number, one in enumerate(judged(points, proposals, RecognitionContext(model=model, completion=()), watch))
+        for number, one in enumerate(
+            classify_proposals(points, proposals, RecognitionContext(model=model, completion=()), watch)
+        )
     ]
     return Room(levelling=levelling, labels=labels, objects=objects, proposals=objects, stages=watch.seconds)
 

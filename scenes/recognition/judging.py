@@ -24,7 +24,7 @@ from ..segmentation.clusters import Box, bounding_box
 from ..settings import RECOGNITION, SEGMENTATION
 from .completion import TOP, complete
 from .proposals import Proposal
-from .room import ClaimThreshold, ObjectCandidate, claiming
+from .room import ClaimThreshold, ObjectCandidate, candidate_with_claims
 from .surroundings import NAMES, ScanSurroundings
 
 Memberships = dict[str, Membership]  # by the function's name
@@ -69,7 +69,7 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     return ScanSurroundings(points=points, is_wall=is_wall)
 
 
-def judged(
+def classify_proposals(
     points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch
 ) -> list[ObjectCandidate]:
     """Return what a model says of each proposal.
@@ -82,7 +82,7 @@ def judged(
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    parts = [part_of(points, one) for one in proposals]
+    parts = [scan_part(points, one) for one in proposals]
     whole = [not is_fragment(part.points, part.box, part.proposal.support) for part in parts]
     predictions = iter(classify_parts([part for part, one in zip(parts, whole, strict=True) if one], context, watch))
     radius = context.model.radius_
@@ -95,7 +95,7 @@ def judged(
     ]
 
 
-def part_of(points: np.ndarray, proposal: Proposal) -> ScanPart:
+def scan_part(points: np.ndarray, proposal: Proposal) -> ScanPart:
     """Return a proposal with its own of a scene's points (N, 3), and their box."""
     members = points[proposal.members]
     box = proposal.box or bounding_box(members)
@@ -112,7 +112,7 @@ def classify_parts(
         for part in parts
     ]
     watch.lap("completion")
-    settled = settled_on(clouds, context.model)
+    settled = settle_parts(clouds, context.model)
     watch.lap("spheres")
     functions = classify_dropped(parts, settled, context)
     watch.lap("classification")
@@ -132,7 +132,8 @@ def classify_dropped(
     if context.bars is None:
         return predictions
     return [
-        claiming(prediction, context.bars[one.proposal.by]) for prediction, one in zip(predictions, parts, strict=True)
+        candidate_with_claims(prediction, context.bars[one.proposal.by])
+        for prediction, one in zip(predictions, parts, strict=True)
     ]
 
 
@@ -154,7 +155,7 @@ def object_cloud(
     return Cloud(local, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRadius]:
+def settle_parts(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRadius]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
     An object that the simulator cannot do holds no spheres, and that is logged.

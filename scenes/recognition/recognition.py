@@ -22,9 +22,9 @@ from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, se
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
-from .judging import RecognitionContext, ScanPart, classify_parts, is_fragment, judged, surroundings_for
+from .judging import RecognitionContext, ScanPart, classify_parts, classify_proposals, is_fragment, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
-from .room import BARS, ObjectCandidate, Room, SceneObject, chosen
+from .room import BARS, ObjectCandidate, Room, SceneObject, choose_objects
 
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 
@@ -139,8 +139,8 @@ def recognise(
     bars = None if model.run_limit.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
     context = RecognitionContext(model=model, completion=completion, bars=bars, surroundings=around)
-    candidates = judged(dense, proposed, context, watch)
-    objects = [one for one in chosen(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
+    candidates = classify_proposals(dense, proposed, context, watch)
+    objects = [one for one in choose_objects(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
@@ -175,7 +175,7 @@ def recognise_objects(
         See `recognise`.
     """
     context = RecognitionContext(model=model, completion=completion)
-    candidates = judged(points, cluster_proposals(points, labels), context, Stopwatch())
+    candidates = classify_proposals(points, cluster_proposals(points, labels), context, Stopwatch())
     return [scene_object(number, points, one) for number, one in enumerate(candidates)]
 
 

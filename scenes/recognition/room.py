@@ -61,12 +61,12 @@ class ObjectCandidate:
         return replace(self, proposal=replace(self.proposal, members=members, box=box))
 
 
-def claiming(functions: dict[str, Membership], bar: ClaimThreshold) -> dict[str, Membership]:
+def candidate_with_claims(functions: dict[str, Membership], bar: ClaimThreshold) -> dict[str, Membership]:
     """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
     return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
 
 
-def chosen(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
+def choose_objects(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
 
     Of claims of the same object the surest stays. What claims nothing is an object if it is a cluster of which claims
@@ -79,28 +79,28 @@ def chosen(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCand
         Points that an object keeps at least.
     """
     claims: list[ObjectCandidate] = []
-    for candidate in sorted((one for one in candidates if one.claimed), key=precedence):
-        if not any(is_same(candidate, other) for other in claims):
+    for candidate in sorted((one for one in candidates if one.claimed), key=claim_order):
+        if not any(is_same_object(candidate, other) for other in claims):
             claims.append(candidate)
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
-    claims = [as_cluster(one, clusters) for one in claims]
+    claims = [with_cluster_points(one, clusters) for one in claims]
     rest = [one for one in clusters if not one.claimed and free_share(one, claims) > 1 - RECOGNITION.within]
     rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
-    return parted([*claims, *rest], least)
+    return without_shared_points([*claims, *rest], least)
 
 
 def standing(candidates: Sequence[ObjectCandidate], claims: Sequence[ObjectCandidate]) -> list[ObjectCandidate]:
     """Return what claims nothing and stands apart on a table, the largest first, where it is the same as no claim."""
     apart: list[ObjectCandidate] = []
     for one in sorted(candidates, key=lambda one: -len(one.proposal.members)):
-        if one.proposal.on_top and not one.claimed and not any(is_same(one, other) for other in claims):
+        if one.proposal.on_top and not one.claimed and not any(is_same_object(one, other) for other in claims):
             if not any(shared_points(one.proposal, other.proposal) for other in apart):
                 apart.append(one)
     return apart
 
 
-def precedence(one: ObjectCandidate) -> tuple[int, bool, int, int]:
+def claim_order(one: ObjectCandidate) -> tuple[int, bool, int, int]:
     """Return what claims of one object are ordered by: nearly equal scores leave it to clusters, and to the larger one.
 
     A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
@@ -109,7 +109,7 @@ def precedence(one: ObjectCandidate) -> tuple[int, bool, int, int]:
     return -round(one.score / RECOGNITION.nearly), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
 
-def is_same(one: ObjectCandidate, other: ObjectCandidate) -> bool:
+def is_same_object(one: ObjectCandidate, other: ObjectCandidate) -> bool:
     """Return whether two claims are of the same object."""
     shared = shared_points(one.proposal, other.proposal)
     if not shared:
@@ -120,7 +120,7 @@ def is_same(one: ObjectCandidate, other: ObjectCandidate) -> bool:
     return bool(one.claimed & other.claimed) and shared >= RECOGNITION.within * min(sizes)
 
 
-def as_cluster(claim: ObjectCandidate, clusters: Sequence[ObjectCandidate]) -> ObjectCandidate:
+def with_cluster_points(claim: ObjectCandidate, clusters: Sequence[ObjectCandidate]) -> ObjectCandidate:
     """Return a pool's claim with the points of the cluster that it is, if it is one: of it, more was seen."""
     if claim.proposal.by == CLUSTERS:
         return claim
@@ -141,7 +141,7 @@ def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> f
     return float(1 - held.mean())
 
 
-def parted(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
+def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return candidates with the points that no smaller one holds, those of most points first; too few are none."""
     order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
     last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)

@@ -183,6 +183,6 @@ def share_of_directions(ways: np.ndarray) -> float:
     return np.count_nonzero(np.bincount(ways, minlength=POOL.directions)) / POOL.directions
 
 
-def alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+def surroundings_alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Return what surrounds an object's points (N, 3) in a box of a size (3,) where there is nothing else, by NAMES."""
     return ScanSurroundings(points=points, is_wall=np.zeros(len(points), bool)).of(points, size, 0.0)

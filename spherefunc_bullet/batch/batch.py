@@ -12,11 +12,11 @@ import math
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from pathlib import Path
 
 from ..datasets.dataset import Dataset
-from ..errors import InputError
+from ..errors import InputError, warn_renamed
 from ..processes.tasks import run_tasks
 from ..settling.cached_runs import DropConfig
 from .folder import RunFolder
@@ -29,11 +29,17 @@ Outcomes = Iterator[tuple[int, list[LedgerRow] | InputError]]
 
 @dataclass(frozen=True, kw_only=True)
 class Batch:
-    """What is to be simulated, and where it is kept."""
+    """A data set to simulate, how spheres are dropped, and the folder of the run."""
 
     dataset: Dataset
-    drop_config: DropConfig
+    drop_config: DropConfig | None = None
     folder: RunFolder
+    dropping: InitVar[DropConfig | None] = None  # the old name of ``drop_config``
+
+    def __post_init__(self, dropping: DropConfig | None):
+        if dropping is not None:
+            warn_renamed("Batch(dropping=)", "drop_config=")
+            object.__setattr__(self, "drop_config", dropping)
 
     @property
     def objects(self) -> dict[str, Path]:

@@ -120,11 +120,11 @@ class BulletSimulator(Physics):
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Return by statics whether an object stands; release it if that is not exact, see `SupportsStance.stands`."""
         from ..simulator.statics.body import body_of
-        from ..simulator.statics.standing import stood
-        from .bodies.falling import let_go
+        from ..simulator.statics.standing import loaded_stances
+        from .bodies.falling import release
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, provenance, lambda bodies: let_go(bodies, settings))
+        return loaded_stances(body, places, settings, provenance, lambda bodies: release(bodies, settings))
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""

@@ -57,7 +57,7 @@ class Flights:
 
     def look(self, positions: np.ndarray) -> np.ndarray:
         """Take in new positions (K, 3); return each slot's outcome, -1 while it is free or its sphere on its way."""
-        self.ended, self.fastest = judge_flights(positions, *self.state)
+        self.ended, self.fastest = update_flights(positions, *self.state)
         return self.outcomes
 
     def late(self, slot: int) -> bool:
@@ -74,7 +74,7 @@ class Flights:
 
 
 @njit(cache=True, error_model="numpy")
-def judge_flights(
+def update_flights(
     new, flying, positions, speeds, time, slow, outcomes, low, high, look, rest_speed, rest_time, time_limit
 ):
     """Update the flights' state from new positions, and write the outcomes of those that are over.

@@ -58,7 +58,7 @@ def own_cell(offset):
 
 
 @lean_njit(forceinline=True)
-def beside(offset, offset_in_brick):
+def neighbour_brick(offset, offset_in_brick):
     """Return the cell next to the own one of an offset on whose side it lies."""
     return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - offset_in_brick)
 
@@ -71,9 +71,9 @@ def has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, u
     one is looked at first, since what is too near mostly is there.
     """
     i, j, k = own_cell(across), own_cell(along), own_cell(up)
-    for a in (i, beside(across, i)):
-        for b in (j, beside(along, j)):
-            for c in (k, beside(up, k)):
+    for a in (i, neighbour_brick(across, i)):
+        for b in (j, neighbour_brick(along, j)):
+            for c in (k, neighbour_brick(up, k)):
                 last = contents[(bricks[a >> SIDE, b >> SIDE, c >> SIDE] << CELLS) + within(a, b, c)]
                 if near_in_chain(kept, links, last, x, y, z, squared, normal, aside):
                     return True

@@ -53,7 +53,7 @@ def shapes(
 ):
     """Compare collision shapes: what each keeps of what the object holds, carries and lets through, and its cost."""
     from ..formats.files import prepare_folder
-    from ..shapes.library import SUFFIX, LibraryOptions, answers
+    from ..shapes.library import SUFFIX, LibraryOptions, library_results
 
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
@@ -69,7 +69,7 @@ def shapes(
     if best:
         require_other_folder(chosen, out)
     cache = None if report is None else report / "objects"
-    for result in progress(answers(chosen, options, jobs, cache), len(chosen), "asking"):
+    for result in progress(library_results(chosen, options, jobs, cache), len(chosen), "asking"):
         if "error" in result:
             failures.add(result["error"])
         results.append(result)
@@ -109,7 +109,7 @@ def write_report(report: Path, results: list[dict[str, Any]], table: Path | None
 
 def print_library(results: list[dict[str, Any]]):
     """Print one line for each object of a library, and how many keep their functions."""
-    from ..shapes.library import said, short, summary
+    from ..shapes.library import short, summary, verdict_text
 
     counts = summary(results)
     rows = []
@@ -118,7 +118,9 @@ def print_library(results: list[dict[str, Any]]):
             row = result["shapes"][0]
             shares = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
             shares = ["" if share is None else f"{share:.2f}" for share in shares]
-            rows.append([short(result), said(result), *shares, str(row["pieces"]), "yes" if row["keeps"] else "no"])
+            rows.append(
+                [short(result), verdict_text(result), *shares, str(row["pieces"]), "yes" if row["keeps"] else "no"]
+            )
     print_table("Collision shapes", ["object", "is for", "capacity", "level", "spheres", "pieces", "keeps all"], rows)
     show("\n".join(f"{name}: {count}" for name, count in counts.items()))
 

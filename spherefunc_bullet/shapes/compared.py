@@ -20,7 +20,7 @@ from ..formats.units import BY_FILE
 from ..simulator.mechanics import Material
 from ..simulator.statics.body import body_of
 from .candidates import MISSING, Make, candidates, has_vhacd, made, of_hull, of_mesh
-from .comparison import Subject, judged, row_of
+from .comparison import Subject, row_of, with_verdict
 from .exposure import Fitting
 from .files import write_shape
 from .loaded import FileFrame, loaded, quiet
@@ -61,7 +61,7 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
                 break
         if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
             break  # nothing is cheaper than one convex piece
-    tried += [(solid, judged(row, subject, criteria)) for solid, row in compared if decomposed(solid, row)]
+    tried += [(solid, with_verdict(row, subject, criteria)) for solid, row in compared if decomposed(solid, row)]
     solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
     return (solid, row) if row.measured else (solid, row_of(subject, solid, criteria))
 

@@ -127,8 +127,8 @@ def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
 
 def row_of(subject: Subject, solid: Solid, criteria: KeepCriteria, early: bool = False) -> ShapeRow:
     """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
-    row = judged(free_row(subject, solid), subject, criteria)
-    return row if early and row.lost else judged(used_row(subject, solid, row), subject, criteria)
+    row = with_verdict(free_row(subject, solid), subject, criteria)
+    return row if early and row.lost else with_verdict(used_row(subject, solid, row), subject, criteria)
 
 
 def free_row(subject: Subject, solid: Solid) -> ShapeRow:
@@ -179,7 +179,7 @@ def require_size(subject: Subject, solid: Solid):
         raise InputError(f"{subject.cloud.name}: collision is {difference} as what is seen; {question}")
 
 
-def judged(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> ShapeRow:
+def with_verdict(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> ShapeRow:
     """Return a row with its verdict."""
     lost = tuple(losses(row, subject, criteria))
     return replace(row, lost=lost, keeps=not lost, verdict="; ".join(lost) if lost else price(row, subject))

@@ -55,7 +55,7 @@ class LibraryOptions:
         return f"{file.stem}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.json"
 
 
-def answer(file: Path, options: LibraryOptions) -> Result:
+def library_result(file: Path, options: LibraryOptions) -> Result:
     """Return what is printed of one object."""
     collision = options.collision
     if options.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
@@ -101,7 +101,7 @@ def pictures(compared: Shapes) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
-def answers(
+def library_results(
     files: Sequence[Path], options: LibraryOptions, jobs: int = 1, cache: Path | None = None
 ) -> Iterator[Result]:
     """Yield what is printed of each object, errors as `{file, error}`, in the order in which they are done.
@@ -116,7 +116,7 @@ def answers(
         else:
             left.append((file, known))
     limit = math.inf if cache is None else TIME
-    tasks = run_tasks(answer, [(file, options) for file, _ in left], [file for file, _ in left], jobs=jobs,
+    tasks = run_tasks(library_result, [(file, options) for file, _ in left], [file for file, _ in left], jobs=jobs,
                       isolate=cache is not None, time_limit=limit)  # fmt: skip
     for index, outcome in tasks:
         file, known = left[index]
@@ -169,12 +169,12 @@ def page(title: str, results: Sequence[Result]) -> str:
     template = environment.from_string(viewer_file("page.html", __package__))
     read = [result for result in results if result.get("shapes")]
     failed = [result for result in results if "error" in result]
-    body = template.render(title=title, results=read, failed=failed, counts=summary(results), said=said, short=short,
-                           kept=counts_kept(results))  # fmt: skip
+    counts = {"counts": summary(results), "kept": counts_kept(results)}
+    body = template.render(title=title, results=read, failed=failed, said=verdict_text, short=short, **counts)
     return page_html(title, [body], style="", kind="shapes")
 
 
-def said(result: Result) -> str:
+def verdict_text(result: Result) -> str:
     """Return what an object is for, in words."""
     names = [name for name, about in result["functions"].items() if about["member"]]
     return ", ".join([*names, *(["vessel"] if result["capacity_ml"] and "cup" not in names else [])])

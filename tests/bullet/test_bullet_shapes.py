@@ -30,7 +30,7 @@ from spherefunc_bullet.bullet.dropping import (
     TIMED_OUT,
     Flights,
     first_apart,
-    judge_flights,
+    update_flights,
 )
 from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
@@ -320,7 +320,7 @@ def judged(form, now, before=None, time=10.0, slow=0.0, flying=None):
     return outcomes.tolist(), state
 
 
-FORMS = pytest.mark.parametrize("form", [judge_flights, judge_flights.py_func], ids=["compiled", "python"])
+FORMS = pytest.mark.parametrize("form", [update_flights, update_flights.py_func], ids=["compiled", "python"])
 
 
 @FORMS
@@ -375,7 +375,7 @@ def test_compiled_and_python_judge_alike():
         before = now + random.normal(size=(count, 3)) * random.choice([1e-4, 0.01, 1.0], (count, 1))
         options = dict(time=random.uniform(0, 110), slow=random.uniform(0, 2, count), flying=random.random(count) < 0.8)
         (first, one), (second, other) = (
-            judged(form, now, before, **options) for form in (judge_flights, judge_flights.py_func)
+            judged(form, now, before, **options) for form in (update_flights, update_flights.py_func)
         )
         assert first == second
         for a, b in zip(one, other, strict=True):

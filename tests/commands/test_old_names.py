@@ -6,8 +6,10 @@ import clouds
 import numpy as np
 import pytest
 
+from spherefunc_bullet.batch.batch import Batch
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.arrangements.together import Together
+from spherefunc_bullet.settling.cached_runs import DropConfig
 
 RADIUS = 0.02
 
@@ -36,3 +38,21 @@ def test_methods_keep_their_old_names():
     found = Together(objects=(), drop=None, radius=0.01, notes=(), seconds=0.0)
     with pytest.warns(DeprecationWarning, match="objects"):
         assert found.things == ()
+
+
+def test_what_a_batch_is_made_of_keeps_its_old_names():
+    with pytest.warns(DeprecationWarning, match="cached_runs.DropConfig"):
+        from spherefunc_bullet.settling.dropping import Dropping
+    config = Dropping(simulator="fast", radii=(RADIUS,))
+    with pytest.warns(DeprecationWarning, match="drop_config"):
+        batch = Batch(dataset=None, dropping=config, folder=None)
+    assert isinstance(config, DropConfig) and batch.drop_config is config
+
+
+def test_attributes_of_a_model_keep_their_old_names():
+    model = FunctionClassifier()
+    model.calibrations_, model.familiar_distance_ = [(1.0, 0.0)], 0.1
+    with pytest.warns(DeprecationWarning, match="calibrations_"):
+        assert model.lines_ is model.calibrations_
+    with pytest.warns(DeprecationWarning, match="familiar_distance_"):
+        assert model.familiar_ == 0.1

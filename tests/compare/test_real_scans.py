@@ -19,8 +19,8 @@ from spherefunc_bullet.compare.rooms.matching import (
     MatchResult,
     Score,
     best_pairs,
-    judged,
-    judged_by_place,
+    match_by_place,
+    match_objects,
     score_of,
     score_row,
 )
@@ -56,7 +56,7 @@ def verdicts_of(blocks: dict[str, np.ndarray], parts: list[tuple[str, dict[str, 
     for held, scores in parts:
         own, functions = names == held, frozenset(name for name, score in scores.items() if score > 0.5)
         recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own))
-    return judged(truth, recognised)
+    return match_objects(truth, recognised)
 
 
 def test_pairs_are_those_of_largest_overlap():
@@ -93,7 +93,7 @@ def test_what_was_inferred_is_true_where_a_seat_is():
     seen = TrueObject(name="stool", functions=seat, box=box_at(2.0, 0.0, 0.4, 0.4))
     table = TrueObject(name="table", functions=frozenset({"table"}), box=box_at(1.0, 0.0, 0.4, 0.4))
     places = ((0.0, 0.0), (0.05, 0.05), (1.0, 0.0), (2.0, 0.1))  # the second is the first one's chair again
-    verdicts = judged_by_place([back, seen, table], [seat_at(*place) for place in places])
+    verdicts = match_by_place([back, seen, table], [seat_at(*place) for place in places])
     assert [verdict.outcome for verdict in verdicts] == ["back found", "false", "false", "found"]
 
 

@@ -12,7 +12,13 @@ from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
-from spherefunc_bullet.compare.evaluation.related.examiner import RELATED, ball_bottoms, examined, fixed, related
+from spherefunc_bullet.compare.evaluation.related.examiner import (
+    RELATED,
+    ball_bottoms,
+    fixed,
+    functions_by_agents,
+    related,
+)
 from spherefunc_bullet.compare.evaluation.related.rules import (
     NOTHING,
     TopView,
@@ -115,7 +121,7 @@ def test_plain_things_are_told(item, tell):
 
 def test_knees_tell_a_table_from_a_chest_and_rules_do_not():
     chest = seen(at(trimesh.creation.box((1.2, 0.8, 0.74)), 0, 0, 0.37))
-    assert functions_by_rules(chest) == {"table"} and examined(chest) == set()
+    assert functions_by_rules(chest) == {"table"} and functions_by_agents(chest) == set()
 
 
 def test_feet_need_ground_before_a_seat():
@@ -123,7 +129,7 @@ def test_feet_need_ground_before_a_seat():
     ledge = trimesh.util.concatenate(
         [at(trimesh.creation.box((1.4, 1.4, 0.3)), 0, 0, 0.15), at(trimesh.creation.box((0.4, 0.4, 0.15)), 0, 0, 0.375)]
     )
-    assert functions_by_rules(seen(ledge)) == {"sittable"} and examined(seen(ledge)) == set()
+    assert functions_by_rules(seen(ledge)) == {"sittable"} and functions_by_agents(seen(ledge)) == set()
 
 
 def test_water_stands_to_the_brim_and_no_higher():

@@ -12,13 +12,13 @@ import pytest
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
-from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_asked, read_experiment
+from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_experiment, read_options_of
 from spherefunc_bullet.compare.evaluation import readings
 from spherefunc_bullet.compare.mechanics import poses, standing
 from spherefunc_bullet.compare.mechanics.measures import (
     TaskReports,
     benefit_sentence,
-    beside,
+    compare_outcomes,
     measured,
     read_tasks,
     task_reports,
@@ -47,9 +47,9 @@ def household(name: str) -> Path:
 
 
 def test_the_sign_test_by_hand():
-    better, chance = beside(outcome("fast", "0000001"), outcome("bullet", "1111110"))
+    better, chance = compare_outcomes(outcome("fast", "0000001"), outcome("bullet", "1111110"))
     assert better and chance == pytest.approx(2 * (1 + 7) / 2**7)  # 6 of 7 or more, either way
-    assert beside(outcome("fast", "1100"), outcome("bullet", "1100"))[1] == 1.0
+    assert compare_outcomes(outcome("fast", "1100"), outcome("bullet", "1100"))[1] == 1.0
 
 
 def test_one_sentence_says_what_fidelity_buys():
@@ -69,9 +69,9 @@ def test_tasks_are_read():
     assert read_tasks(["poses", " keeping", "poses"]) == ("poses", "keeping")
     with pytest.raises(InputError, match="swimming': expected some of poses, standing, keeping"):
         read_tasks(["swimming"])
-    assert read_asked(["labels", "standing"]) == (LABELS, "standing")
+    assert read_options_of(["labels", "standing"]) == (LABELS, "standing")
     with pytest.raises(InputError, match="spherefunc mechanics --tasks standing"):
-        read_asked(["standing"])
+        read_options_of(["standing"])
 
 
 def test_an_experiment_repeats_its_tasks(tmp_path):
@@ -172,11 +172,22 @@ def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
     write_catalogue([item for item in catalogues.household() if item.name in kinds], tmp_path / "objects", "six")
-    asked = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]
+    simulator_answers = [
+        "--tasks",
+        "labels,standing",
+        "--task-objects",
+        "2",
+        "--trials",
+        "1",
+        "--radii",
+        "3cm",
+        "--jobs",
+        "1",
+    ]
 
     def said(command: str, *arguments: str) -> dict:
         monkeypatch.setattr(
-            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *asked, "--json"]
+            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *simulator_answers, "--json"]
         )
         with pytest.raises(SystemExit) as ended:
             main()

@@ -6,7 +6,7 @@ import numpy as np
 
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
-from spherefunc_bullet.scenes.recognition.room import BARS, ObjectCandidate, chosen, claiming
+from spherefunc_bullet.scenes.recognition.room import BARS, ObjectCandidate, candidate_with_claims, choose_objects
 
 
 def candidate(place: int, by: str, members: range, *, on_top: bool = False, **scores: float) -> ObjectCandidate:
@@ -19,7 +19,7 @@ def candidate(place: int, by: str, members: range, *, on_top: bool = False, **sc
 
 
 def claims(candidates: list[ObjectCandidate]) -> list[tuple[str, int]]:
-    return [(min(one.claimed, default="none"), len(one.proposal.members)) for one in chosen(candidates, 10)]
+    return [(min(one.claimed, default="none"), len(one.proposal.members)) for one in choose_objects(candidates, 10)]
 
 
 def test_the_surer_of_two_claims_of_one_thing_stays():
@@ -70,13 +70,13 @@ def test_what_claims_leave_too_little_of_is_no_object():
 
 def test_a_pool_alone_has_to_be_surer_than_a_cluster():
     answer = candidate(0, CLUSTERS, range(100), table=0.6, cup=0.5, sittable=0.7).functions
-    claimed = {by: {name for name, one in claiming(answer, BARS[by]).items() if one.member} for by in BARS}
+    claimed = {by: {name for name, one in candidate_with_claims(answer, BARS[by]).items() if one.member} for by in BARS}
     assert claimed == {CLUSTERS: {"table", "sittable"}, POOLS: {"sittable"}}
 
 
 def test_seats_are_told_less_surely_than_cups():
     answer = candidate(0, CLUSTERS, range(100), table=0.4, cup=0.4, sittable=0.4).functions
-    assert {name for name, one in claiming(answer, BARS[CLUSTERS]).items() if one.member} == {"sittable"}
+    assert {name for name, one in candidate_with_claims(answer, BARS[CLUSTERS]).items() if one.member} == {"sittable"}
 
 
 def test_shared_points_are_counted():

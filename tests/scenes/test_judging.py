@@ -15,7 +15,7 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
-from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, judged, surroundings_for
+from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, classify_proposals, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
 from spherefunc_bullet.scenes.recognition.room import BARS
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
@@ -53,7 +53,7 @@ def proposal(by: str) -> Proposal:
 
 def test_each_kind_has_its_bar():
     context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), bars=BARS)
-    answer = judged(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
+    answer = classify_proposals(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
     assert [one.functions["table"].member for one in answer] == [True, False]
 
 
@@ -85,7 +85,7 @@ def test_what_has_learnt_more_things_has_learnt_no_scenes(learnt, tmp_path: Path
 def test_proposals_are_told_by_what_surrounds_them(learnt):
     around = surroundings_for(learnt, ROOM, np.zeros(len(ROOM), bool))
     context = RecognitionContext(model=learnt, completion=(), surroundings=around)
-    (answer,) = judged(ROOM, [proposal(CLUSTERS)], context, Stopwatch())
+    (answer,) = classify_proposals(ROOM, [proposal(CLUSTERS)], context, Stopwatch())
     assert answer.functions["cup"].member  # 0.6 m long
 
 

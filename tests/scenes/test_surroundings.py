@@ -7,7 +7,7 @@ import pytest
 from clouds import level, mug, sheet
 from room_shapes import box, moved, square_table
 
-from spherefunc_bullet.scenes.recognition.surroundings import NAMES, ScanSurroundings, alone
+from spherefunc_bullet.scenes.recognition.surroundings import NAMES, ScanSurroundings, surroundings_alone
 from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
 STOOL = square_table(0.4, 0.4, 0.45)
@@ -33,7 +33,7 @@ def test_a_stool_alone_has_a_level_on_legs_and_nothing_around_it():
     assert stool["hollow_below"] > 0.8  # but for the legs
     assert stool["backed"] == 0 and stool["unseen_near"] == 1 and stool["from_wall"] == 1
     assert not any(stool[name] for name in ("carries", "covered", "goes_on", "beside", "walled_far", "ground_near"))
-    assert list(stool.values()) == alone(STOOL, bounding_box(STOOL).size).tolist()
+    assert list(stool.values()) == surroundings_alone(STOOL, bounding_box(STOOL).size).tolist()
 
 
 def test_a_carton_is_closed_below_and_a_stool_is_not():

@@ -55,7 +55,7 @@ SIP = 0.03  # metres, the diameter of a ball of 14 ml
 HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and a wine glass's height
 
 
-def examined(record: ObjectRecord) -> frozenset[str]:
+def functions_by_agents(record: ObjectRecord) -> frozenset[str]:
     """Return which of the functions cup, sittable and table an object has for the agents."""
     functions = {"cup"} if holds_a_ball(record) else set()
     if record.size[2] >= SEAT[0]:
@@ -144,7 +144,7 @@ def ball_bottoms(view: TopView, radius: float) -> np.ndarray:
 
 
 Classify = Callable[[ObjectRecord], frozenset[str]]  # the functions that an object has
-RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": examined}
+RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": functions_by_agents}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

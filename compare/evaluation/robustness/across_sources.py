@@ -37,7 +37,7 @@ from spherefunc_bullet.settling.records import passed
 
 from ..evaluation import Trial
 from ..protocol import Labels, Split, labels_of
-from ..readings import ProfileFeatures, UseChecks, spheres_profiled, sure_across_sources
+from ..readings import ProfileFeatures, UseChecks, calibrated_across_sources, spheres_profiled
 
 WHOLE = "whole objects"
 COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first
@@ -95,7 +95,7 @@ def answered(read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dic
     sources = np.array(sources_of(objects))
     rows = np.arange(len(objects))
     splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
-    read = sure_across_sources(read, objects)
+    read = calibrated_across_sources(read, objects)
     return described(read.trial(splits), read.labels, objects, kinds)
 
 

@@ -33,7 +33,7 @@ from spherefunc_bullet.settling.settling import settle
 from ..evaluation import Trial
 from ..features import SPHERES
 from ..protocol import Labels, Split, labels_of, sources_or_halves
-from ..readings import FeatureMethod, ProfileFeatures, readings, sure_across_sources
+from ..readings import FeatureMethod, ProfileFeatures, calibrated_across_sources, readings
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)
@@ -78,11 +78,12 @@ def corruption_rates(
     copied : int
         This many objects of each function at most, evenly chosen, and twice as many without one.
     """
-    corrupted_set = asked_of(learnt, tested, drop_config, copied, jobs, failed)
+    corrupted_set = corrupted_set_of(learnt, tested, drop_config, copied, jobs, failed)
     splits = splits_of(corrupted_set, None if tested is None else len(learnt.objects), drop_config.seed)
     read = readings(corrupted_set.simulated, drop_config.radii, method)
     trials_of = {
-        name: as_sure(features, corrupted_set).trials([[split] for split in splits]) for name, features in read.items()
+        name: with_source_calibration(features, corrupted_set).trials([[split] for split in splits])
+        for name, features in read.items()
     }
     labels = labels_of(corrupted_set.simulated)
     of_spheres = rates_of(corrupted_set, labels, trials_of.pop(SPHERES))
@@ -93,12 +94,14 @@ def corruption_rates(
     return of_spheres
 
 
-def as_sure(read: FeatureMethod, corrupted_set: CorruptedSet) -> FeatureMethod:
+def with_source_calibration(read: FeatureMethod, corrupted_set: CorruptedSet) -> FeatureMethod:
     """Return what is as sure as it was right about sources that were not learnt, where it learns that at all."""
-    return sure_across_sources(read, corrupted_set.simulated.objects) if isinstance(read, ProfileFeatures) else read
+    return (
+        calibrated_across_sources(read, corrupted_set.simulated.objects) if isinstance(read, ProfileFeatures) else read
+    )
 
 
-def asked_of(
+def corrupted_set_of(
     learnt: Simulated, tested: Simulated | None, drop_config: DropConfig, copied: int | None, jobs: int, failed: Failed
 ) -> CorruptedSet:
     """Return whole objects, and their corrupted clouds with the spheres that fell on these."""

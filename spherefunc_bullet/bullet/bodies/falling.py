@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Material, Pose, PoseSettings, Stance, StandSettings
 from ...simulator.statics.body import Body
-from ...simulator.statics.facets import Facets, at_rest, counted, facets_of, stable_poses, turned_down
-from ...simulator.statics.standing import StandState, let_down, stance_at
+from ...simulator.statics.facets import Facets, at_rest, facets_of, share_of_rests, stable_poses, turned_down
+from ...simulator.statics.standing import StandState, stance_at, stance_of_body
 from ..engine import Engine, pybullet
 
 STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
@@ -165,7 +165,7 @@ def fallen_poses(body: Body, settings: PoseSettings, seed: int) -> tuple[tuple[P
         numbers = [world.add(free, hull, turn, settings.fall, place) for place, turn in enumerate(turns)]
         bodies = [free] * len(numbers)
         rests = world.until_rest(bodies, numbers, lambda _, down: at_rest(facets, down), settings.time_limit)
-    counts = counted(facets, rests.down[rests.rested])
+    counts = share_of_rests(facets, rests.down[rests.rested])
     return stable_poses(facets, settings, counts), int((~rests.rested).sum())
 
 
@@ -182,7 +182,7 @@ def even_rotations(count: int, seed: int) -> np.ndarray:
     return np.array([turned_down(direction) for direction in down])
 
 
-def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]:
+def release(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]:
     """Return what becomes of bodies that are let go on the ground in the pose they came in, each by itself."""
     frees, facets = [free_body(body) for body in bodies], [facets_of(body) for body in bodies]
 
@@ -193,7 +193,7 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]:
         numbers = []
         for place, (free, of_one) in enumerate(zip(frees, facets, strict=True)):
             # Friction of rolling would hold what stands on an edge, its weight beyond it: only what is round has it.
-            rolling = 0.0 if let_down(of_one, settings).flat else ROLLING
+            rolling = 0.0 if stance_of_body(of_one, settings).flat else ROLLING
             turn = free.world_rotation(np.eye(3)[None])[0]
             numbers.append(world.add(free, world.hull(free), turn, 0.0, place, rolling))
         rests = world.until_rest(frees, numbers, settled, settings.time_limit)

@@ -31,7 +31,7 @@ def grow_sides(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> np.
     bends = bending(vertices, faces, normals, starts, incident)
     bends[np.isnan(normals[:, 0])] = np.inf
     seeds = np.argsort(np.minimum(bends / (STEP * tolerance), 1e6).astype(np.int64), kind="stable")
-    labels = grow(vertices, faces, normals, starts, incident, seeds, tolerance)
+    labels = extend_side(vertices, faces, normals, starts, incident, seeds, tolerance)
     sizes = np.bincount(labels)
     rank = np.empty(len(sizes), np.int64)
     rank[np.argsort(-sizes, kind="stable")] = np.arange(len(sizes))
@@ -74,7 +74,7 @@ def bending(vertices, faces, normals, starts, incident):
 
 
 @njit(cache=True, error_model="numpy")
-def grow(vertices, faces, normals, starts, incident, seeds, tolerance):
+def extend_side(vertices, faces, normals, starts, incident, seeds, tolerance):
     """Return the side of every face (M,), by seed."""
     labels = np.full(len(faces), FREE, np.int32)
     stamps = np.zeros(len(faces), np.int32)

@@ -202,7 +202,7 @@ def stable_poses(facets: Facets, settings: PoseSettings, counts: np.ndarray | No
     return tuple(sorted(poses, key=lambda pose: (-round(pose.probability, 9), -round(pose.statics, 9))))
 
 
-def counted(facets: Facets, down: np.ndarray) -> np.ndarray:
+def share_of_rests(facets: Facets, down: np.ndarray) -> np.ndarray:
     """Return in which share of rests, directions (N, 3) that point down, a body lay in each way, (W,)."""
     pose_numbers = facets.pose_numbers[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
     return np.bincount(pose_numbers, minlength=facets.pose_numbers.max() + 1) / max(1, len(down))

@@ -47,11 +47,11 @@ class NearestPoint:
 def rest_at(facets: Facets, facet: int) -> RestState:
     """Return how a body is at rest whose hull has come to lie on one of its resting facets."""
     lying = RestState(down=facets.normals[facet])
-    if wanders(facets, facet):
+    if rolls_away(facets, facet):
         return RestState(down=lying.down, flat=False, rolls=True)
     bottom = bottom_of(facets, facet)
-    around = grown(facets, bottom)
-    farther = grown(facets, around)
+    around = extended(facets, bottom)
+    farther = extended(facets, around)
     if len(around) == len(bottom) or is_foot(facets, bottom, around) or has_even_middle(facets, bottom, farther):
         return lying  # the tip of a cone, too, on which nothing stands
     corners = facets.corners[np.unique(facets.triangles[farther])]
@@ -64,7 +64,7 @@ def rest_at(facets: Facets, facet: int) -> RestState:
     return RestState(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
 
 
-def wanders(facets: Facets, rest: int) -> bool:
+def rolls_away(facets: Facets, rest: int) -> bool:
     """Return whether a body rolls from the facet it rests on to one that is far from it, at a touch."""
     left, seen = [rest], {rest}
     limit, level = facets.heights[rest] * (1 + ROLLING), facets.heights[rest] * (1 - ROLLING)
@@ -88,7 +88,7 @@ def bottom_of(facets: Facets, facet: int) -> np.ndarray:
     return np.flatnonzero(np.isin(facets.faces, facets.faces[rests[near]]))
 
 
-def grown(facets: Facets, bottom: np.ndarray) -> np.ndarray:
+def extended(facets: Facets, bottom: np.ndarray) -> np.ndarray:
     """Return facets (K,) and those to which the hull goes on at a small turn, a face as a whole."""
     beyond = facets.neighbors[bottom]
     smooth = np.einsum("ksi,ki->ks", facets.normals[beyond], facets.normals[bottom]) > np.cos(np.radians(TURN_DEG))

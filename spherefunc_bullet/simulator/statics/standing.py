@@ -52,10 +52,10 @@ class StandState:
 
 def stand(body: Body, settings: StandSettings) -> StandState:
     """Return the stance of a body that is put on the ground in its given pose."""
-    return let_down(facets_of(body), settings)
+    return stance_of_body(facets_of(body), settings)
 
 
-def let_down(facets: Facets, settings: StandSettings) -> StandState:
+def stance_of_body(facets: Facets, settings: StandSettings) -> StandState:
     """Return the stance of a body whose facets are known."""
     return stance_at(facets, facets.normals[facets.rests_on[facets.pierced(DOWN)][0]], settings)
 
@@ -114,7 +114,7 @@ class LoadedBody:
     def stand(self, load: float, place: np.ndarray) -> StandState:
         """Return the stance under a load in kg at a place (3,)."""
         shift = (self.body.loaded(load, place).center - self.body.center) / self.body.extent
-        return let_down(self.facets.about(shift), self.settings)
+        return stance_of_body(self.facets.about(shift), self.settings)
 
     def bearable(self, place: np.ndarray) -> float:
         """Return the load in kg up to which it keeps its pose, for a round bottom, which leans more and more."""
@@ -139,7 +139,7 @@ LetGo = Callable[
 ]  # what becomes of bodies that are put on the ground, each by itself
 
 
-def stood(
+def loaded_stances(
     body: Body, places: np.ndarray, settings: StandSettings, provenance: dict[str, Any], let_go: LetGo | None = None
 ) -> StandResult:
     """Return how a body stands alone, and then, in the pose in which it has come to rest, with a load at each place.
