@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .clouds.cloud import Cloud
-from .errors import InputError, warn_renamed
+from .errors import InputError, renamed, warn_renamed
 from .formats.units import format_length
 from .settling.cached_runs import DropConfig, LoadOptions
 from .settling.drops import DropsByRadius, RunLimit
@@ -57,6 +57,8 @@ class FunctionModel(ABC):
     members_: np.ndarray  # (N, F) bool
     radius_: dict[str, float]  # radius that counts most for each function, metres
     checks_stability = False  # whether an object that would fall over has no function
+    length = renamed("FunctionModel.length", "run_limit")
+    dropping = renamed("FunctionModel.dropping", "drop_config")
 
     @property
     @abstractmethod

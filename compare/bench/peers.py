@@ -169,7 +169,7 @@ def backend_run(case: Case, name: str, drops: int) -> PeerRun | None:
     cloud, settings = load_cloud(case.path), DropSettings(radius=case.radius, max_drops=drops, miss_limit=drops)
     warm_up(simulator)
     runs = [simulator.drop(cloud, settings, 0) for _ in range(3)]
-    seconds = min(one.seconds for one in runs)
+    seconds = min(run.seconds for run in runs)
     return measured(title, case, runs[0].centers, runs[0].drops, seconds)
 
 
@@ -231,7 +231,7 @@ def print_peers(case: Case, drops: int):
     naive = runs[0].drops / runs[0].seconds
     head = [f"{case.title}, r = {format_length(case.radius)}", "drops", "seconds", "drops/s", "times naive", "kept"]
     head += ["deepest in a sphere, r", "in the object, r", "moved when frozen, r", "hang in the air"]
-    print_table(f"\nThe same {drops} drops by peers", head, [one.row(naive) for one in runs if one is not None])
+    print_table(f"\nThe same {drops} drops by peers", head, [run.row(naive) for run in runs if run is not None])
 
 
 def compare_peers(

@@ -43,9 +43,9 @@ Measured = dict[str, Any]  # what was measured of one object, by name; seconds
 
 def cases(backend: str, table: Case, quick: bool) -> list[Case]:
     """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
-    chosen_objects = [one for one in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and one[0] == "sofa")]
-    chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*one) for one in chosen_objects), table]
-    return [one for one in chosen if one is not None]
+    chosen_objects = [case for case in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and case[0] == "sofa")]
+    chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*case) for case in chosen_objects), table]
+    return [case for case in chosen if case is not None]
 
 
 def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
@@ -73,14 +73,14 @@ def print_timings(timings: Iterable[Measured], backend: str):
     head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
     rows = [
         [
-            one["title"],
-            format_length(one["radius"]),
-            *(f"{one[count]:,}" for count in ("points", "settled", "drops")),
-            *(f"{one[seconds]:.3f}" for seconds in ("best", "median")),
-            *(f"{one[count] / one['best']:,.0f}" for count in ("drops", "settled")),
-            "" if one["peak_bytes"] is None else f"{one['peak_bytes'] / 2**20:,.0f}",
+            case["title"],
+            format_length(case["radius"]),
+            *(f"{case[count]:,}" for count in ("points", "settled", "drops")),
+            *(f"{case[seconds]:.3f}" for seconds in ("best", "median")),
+            *(f"{case[count] / case['best']:,.0f}" for count in ("drops", "settled")),
+            "" if case["peak_bytes"] is None else f"{case['peak_bytes'] / 2**20:,.0f}",
         ]
-        for one in timings
+        for case in timings
     ]
     print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
 
@@ -88,10 +88,10 @@ def print_timings(timings: Iterable[Measured], backend: str):
 def print_stages(stages: Iterable[Measured], backend: str):
     """Print what an object costs before and after its simulation."""
     rows = []
-    for one in stages:
-        sampling, simulation, histogram = times = [one[name] for name in ("sampling", "simulation", "histogram")]
+    for case in stages:
+        sampling, simulation, histogram = times = [case[name] for name in ("sampling", "simulation", "histogram")]
         ratio = f"{(sampling + histogram) / simulation:.2f}" if simulation else ""
-        rows.append([one["title"], f"{one['points']:,}", *(f"{1000 * seconds:.1f}" for seconds in times), ratio])
+        rows.append([case["title"], f"{case['points']:,}", *(f"{1000 * seconds:.1f}" for seconds in times), ratio])
     head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
     radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
     print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)

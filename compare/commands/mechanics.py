@@ -66,28 +66,28 @@ def print_measured(found: TaskReports):
 def print_pose_scores(scores: list[PoseScore]):
     """Print how well poses are found."""
     rows = [
-        [one.backend, str(one.asked), f"{one.found:.3f}", f"{one.first:.3f}", f"{one.likeliest:.3f}"]
-        + [f"{one.poses:.1f}", f"{one.seconds:.3f}"]
-        for one in scores
+        [score.backend, str(score.asked), f"{score.found:.3f}", f"{score.first:.3f}", f"{score.likeliest:.3f}"]
+        + [f"{score.poses:.1f}", f"{score.seconds:.3f}"]
+        for score in scores
     ]
     head = ["poses", "objects", "upright found", "best for its function", "likeliest", "poses each", "median s"]
     print_table("Objects turned at random: the pose in which they are used", head, rows)
-    for one in scores:
-        if missed := [name for name, right in one.right.items() if not right]:
-            show(f"{one.backend}, not the best: {', '.join(missed)}")
+    for score in scores:
+        if missed := [name for name, right in score.right.items() if not right]:
+            show(f"{score.backend}, not the best: {', '.join(missed)}")
 
 
 def print_verdicts(title: str, first: str, scores: Sequence[ScoredAnswers]):
     """Print how well backends distinguish what works from what does not, and what was misclassified."""
     rows = [
-        [one.score.backend, str(one.score.asked)]
-        + [f"{value:.3f}" for value in (one.score.f_measure, one.score.precision, one.score.recall)]
-        + [f"{one.score.cpu_seconds:.2f}"]
-        for one in scores
+        [score.score.backend, str(score.score.asked)]
+        + [f"{value:.3f}" for value in (score.score.f_measure, score.score.precision, score.score.recall)]
+        + [f"{score.score.cpu_seconds:.2f}"]
+        for score in scores
     ]
     print_table(f"\n{title}", [first, "objects", "F", "precision", "recall", "processor s each"], rows)
-    for one in scores:
-        print_wrong(one.score.backend, one.verdicts)
+    for score in scores:
+        print_wrong(score.score.backend, score.verdicts)
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
@@ -102,25 +102,28 @@ def print_stand_scores(scores: list[StandScore], same: Agreement | None):
 
 def print_keep_scores(scores: list[KeepScore]):
     """Print how well vessels are classified by what they keep."""
-    for one in scores:
-        curves = {"vessels": one.vessels, "plates, trays, shelves, tables": one.others}
-        curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in one.holed}
+    for score in scores:
+        curves = {"vessels": score.vessels, "plates, trays, shelves, tables": score.others}
+        curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in score.holed}
         rows = [[what, *(f"{share:.2f}" for share in curve)] for what, curve in curves.items()]
-        head = ["mean share kept at", *(f"{angle:g}°" for angle in one.angles_deg)]
-        print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
-        for holed in one.holed:
+        head = ["mean share kept at", *(f"{angle:g}°" for angle in score.angles_deg)]
+        print_table(f"\nKeeping, {score.score.backend}, {score.score.asked} objects", head, rows)
+        for holed in score.holed:
             words = holed.kind.replace("_", " ")
             still = f"{round(holed.classified * holed.asked)} of {holed.asked}"
             show(f"{words} % of the depth: {still} still classified as vessels")
-        quality = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
-        show(
-            f"half kept at {one.angles_deg[-1]:g}° is a vessel: {quality}; {one.score.cpu_seconds:.2f} processor s each"
+        quality = (
+            f"F {score.score.f_measure:.3f}, precision {score.score.precision:.3f}, recall {score.score.recall:.3f}"
         )
-        print_wrong(one.score.backend, one.verdicts)
+        show(
+            f"half kept at {score.angles_deg[-1]:g}° is a vessel: {quality}; "
+            f"{score.score.cpu_seconds:.2f} processor s each"
+        )
+        print_wrong(score.score.backend, score.verdicts)
 
 
 def print_wrong(backend: str, verdicts: tuple[TaskAnswer, ...]):
     """Print what was misclassified."""
-    wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.positive]
+    wrong = [f"{score.name} ({score.value:.2f})" for score in verdicts if score.true != score.positive]
     if wrong:
         show(f"{backend}, misclassified: {', '.join(wrong)}")

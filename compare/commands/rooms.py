@@ -179,7 +179,7 @@ def conditions(views: str, noise: str) -> tuple[Condition, ...]:
     from ..rooms.trials import Condition
 
     expected = "numbers from 0, such as 0,1,2"
-    numbers, levels = [parse_views(one) for one in views.split(",")], parse_numbers("--noise", noise, expected)
+    numbers, levels = [parse_views(view) for view in views.split(",")], parse_numbers("--noise", noise, expected)
     if min(levels) < 0:
         raise InputError(f"--noise {noise!r}: expected {expected}")
     return tuple(

@@ -76,8 +76,8 @@ def tasks_of(experiment: Experiment, compared: Sequence[ComparedSimulator], data
     tasks = [name for name in experiment.tasks if name != LABELS]
     if not tasks:
         return None
-    simulators = {one.backend: one.simulator for one in reversed(compared)}
-    simulators = {one.backend: simulators[one.backend] for one in compared}
+    simulators = {item.backend: item.simulator for item in reversed(compared)}
+    simulators = {item.backend: simulators[item.backend] for item in compared}
     return task_reports(measured(dataset.objects, simulators, tasks, experiment.task_objects, None, experiment.loading))
 
 

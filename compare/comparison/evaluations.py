@@ -105,7 +105,7 @@ def evaluate_profiles(entry: ComparedRun, labels: Labels, splits: Splits) -> Eva
     all_splits = Splits(halves=splits.halves, left_out={ALONE: repeated_evaluation(splits.left_out[ALONE], rows)})
     first = Splits(halves={size: trials[:RADIUS_TRIALS] for size, trials in splits.halves.items()})
     alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
-    evaluation, *by_radius = evaluations([(both, all_splits), *((one, first) for one in alone)])
+    evaluation, *by_radius = evaluations([(both, all_splits), *((features, first) for features in alone)])
     everything = evaluation.left_out[ALONE]
     second = everything.kept(everything.rows >= count)
     return replace(

@@ -76,12 +76,14 @@ def candidates(experiment: Experiment) -> list[ComparedSimulator]:
         If a backend is unknown or not installed, or something is given for one that is not compared or has no use
         for it.
     """
-    made = [one for backend in experiment.backends for one in shapes_of(experiment, backend)]
-    names = {name for one in made for name in (one.name, one.backend)}
+    made = [
+        simulator_compared for backend in experiment.backends for simulator_compared in shapes_of(experiment, backend)
+    ]
+    names = {name for simulator_compared in made for name in (simulator_compared.name, simulator_compared.backend)}
     for what, keys in (("radii", set(experiment.radii) - {ALL}), ("options", set(experiment.options))):
         if unknown := sorted(keys - names):
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
-    if experiment.shapes and not any("shape" in one.simulator.options() for one in made):
+    if experiment.shapes and not any("shape" in simulator_compared.simulator.options() for simulator_compared in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
     return made
 

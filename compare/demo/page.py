@@ -97,7 +97,7 @@ def page(summary: Summary) -> str:
         feature_names=NAMES,
         feature_rows=[[NAMES[feature], *map(with_spread, row.values())] for feature, row in features.items()],
         rank_sentence=rank_sentence(features),
-        size_rows=[[str(one["train_size"]), *map(with_spread, one["functions"].values())] for one in splits],
+        size_rows=[[str(split["train_size"]), *map(with_spread, split["functions"].values())] for split in splits],
         right=sum(item.correctness == "right" for item in summary.classified),
         label_text=label_text,
         format_length=format_length,

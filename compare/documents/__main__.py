@@ -98,30 +98,36 @@ def wanted(names: Sequence[str]) -> tuple[list[DocumentTable], list[Measurement]
     if unknown := sorted(set(names) - known):
         raise InputError(f"{unknown[0]}: expected one of {', '.join(sorted(known))}")
     tables = [table for table in TABLES if not names or names_of(table) & set(names)]
-    by_name = {one.name: one for table in tables for one in table.measurements}
-    only = [one for name, one in by_name.items() if name in names]
+    by_name = {measurement.name: measurement for table in tables for measurement in table.measurements}
+    only = [measurement for name, measurement in by_name.items() if name in names]
     return tables, only or list(by_name.values())
 
 
 def due(root: Path, unnamed: Iterable[DocumentTable], meant: Iterable[Measurement]) -> list[Measurement]:
     """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
-    written = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
-    written -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
-    return [one for one in meant if one.name not in written and one.changed(root)]
+    written = {
+        measurement.name for table in unnamed if table.kept(root).is_file() for measurement in table.measurements
+    }
+    written -= {
+        measurement.name for table in unnamed if not table.kept(root).is_file() for measurement in table.measurements
+    }
+    return [measurement for measurement in meant if measurement.name not in written and measurement.changed(root)]
 
 
 def names_of(table: DocumentTable) -> set[str]:
     """Return the names that mean a table: its own, its document's, those of its measurements."""
-    return {table.name, table.document, *(one.name for one in table.measurements)}
+    return {table.name, table.document, *(measurement.name for measurement in table.measurements)}
 
 
 def measure(root: Path, measurements: Sequence[Measurement]):
     """Run the commands of measurements, one after another; one that fails is said, and the others go on."""
-    for number, one in enumerate(measurements, 1):
-        before = f", {one.saved(root)['seconds']:.0f} s the last time" if one.path(root).is_file() else ""
-        say(f"{number} of {len(measurements)}{before}: {one.command}")
+    for number, measurement in enumerate(measurements, 1):
+        before = (
+            f", {measurement.saved(root)['seconds']:.0f} s the last time" if measurement.path(root).is_file() else ""
+        )
+        say(f"{number} of {len(measurements)}{before}: {measurement.command}")
         try:
-            one.measure(root)
+            measurement.measure(root)
         except InputError as error:
             fail(error)
 

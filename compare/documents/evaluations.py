@@ -18,8 +18,8 @@ Evaluated = Mapping[str, Any]  # what `spherefunc evaluate --json` prints
 
 def result_of(evaluated: Evaluated, protocol: str, size: int | None = None) -> Mapping[str, Any]:
     """Return one protocol's figures; of several training sizes the largest, or the one that is named."""
-    found = [one for one in evaluated["results"] if one["protocol"] == protocol]
-    return next(one for one in reversed(found) if size in (None, one["train_size"]))
+    found = [result for result in evaluated["results"] if result["protocol"] == protocol]
+    return next(result for result in reversed(found) if size in (None, result["train_size"]))
 
 
 def functions_of(result: Mapping[str, Any], feature: str) -> Mapping[str, Any]:
@@ -129,7 +129,7 @@ def fig_4(household: Evaluated, models: Evaluated) -> list[str]:
             str(size) if label == "cup" else "",
             label,
             matrix,
-            *(confusion_row(one, size, label) for one in (household, models)),
+            *(confusion_row(result, size, label) for result in (household, models)),
         ]
         for size in SIZES
         for label, matrix in zip(COLUMNS, FIG_4[size], strict=True)
@@ -148,7 +148,7 @@ def memberships(household: Evaluated, models: Evaluated) -> list[str]:
     """Return what Fig. 4 says in numbers."""
     both, rows = (household, models), []
     for size in SIZES:
-        cells = [figures(result_of(one, "random_splits", size)["functions"], between=", ") for one in both]
+        cells = [figures(result_of(result, "random_splits", size)["functions"], between=", ") for result in both]
         rows.append(
             [f"{size}: F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else str(size), F_OF_FIG_4[size], *cells]
         )
@@ -156,8 +156,8 @@ def memberships(household: Evaluated, models: Evaluated) -> list[str]:
         ("none", NONE_OF_FIG_4, "no predicted memberships at 20, 45, 85, of those tested"),
         ("several", SEVERAL_OF_FIG_4, "several memberships"),
     ):
-        rows.append([words, paper, *(counts(one, name) for one in both)])
-    left = [left_out(result_of(one, "leave_one_out")["said"]) for one in both]
+        rows.append([words, paper, *(counts(result, name) for result in both)])
+    left = [left_out(result_of(result, "leave_one_out")["said"]) for result in both]
     rows.append(["left out one by one: no membership, several", "not given", *left])
     return table(["", "the paper", "`household`", "real models"], rows)
 
@@ -165,7 +165,7 @@ def memberships(household: Evaluated, models: Evaluated) -> list[str]:
 def counts(evaluated: Evaluated, name: str) -> str:
     """Return how many objects had no membership, or several, by training size."""
     results = [result_of(evaluated, "random_splits", size) for size in SIZES]
-    means = ", ".join(f"{one['said']['memberships'][name] / one['trials']:.1f}" for one in results)
+    means = ", ".join(f"{result['said']['memberships'][name] / result['trials']:.1f}" for result in results)
     return f"{means} of {results[0]['said']['tested'] / results[0]['trials']:g}"
 
 
@@ -176,14 +176,14 @@ def left_out(confusion: Mapping[str, Any]) -> str:
 
 def by_size(fast: Evaluated, bullet: Evaluated, cubes: Evaluated) -> list[str]:
     """Return F-measures on random halves by how many objects are learnt."""
-    sizes = [one["train_size"] for one in fast["results"] if one["protocol"] == "random_splits"]
+    sizes = [result["train_size"] for result in fast["results"] if result["protocol"] == "random_splits"]
     rows = []
     for name, evaluated in (
         ("spheres by `fast`", fast),
         ("spheres by `bullet`", bullet),
         ("spheres, cubes (below)", cubes),
     ):
-        known = {one["train_size"] for one in evaluated["results"] if one["protocol"] == "random_splits"}
+        known = {result["train_size"] for result in evaluated["results"] if result["protocol"] == "random_splits"}
         row = [
             figures(result_of(evaluated, "random_splits", size)["functions"], between=" ") if size in known else ""
             for size in sizes

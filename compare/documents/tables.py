@@ -65,7 +65,7 @@ class DocumentTable:
 
     def is_measured(self, root: Path) -> bool:
         """Return whether the saved results are used: where they are as old as the code, or nothing is kept instead."""
-        return not self.kept(root).is_file() or not any(one.changed(root) for one in self.measurements)
+        return not self.kept(root).is_file() or not any(measurement.changed(root) for measurement in self.measurements)
 
     def kept(self, root: Path) -> Path:
         """Return the file that holds the block's text where that is older than the code, and says so."""
@@ -75,7 +75,7 @@ class DocumentTable:
         """Keep the block as its document has it, with a visible line that it is older than the code, and why."""
         lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
         text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
-        commands = quoted([one.command for one in self.measurements])
+        commands = quoted([measurement.command for measurement in self.measurements])
         why += "" if "\nMeasured by " in text else f"{'' if why.endswith('.') else '.'} The command is {commands}."
         self.kept(root).parent.mkdir(parents=True, exist_ok=True)
         self.kept(root).write_text(f"{text}\n\n{OLDER} {why}*\n", encoding="utf-8")

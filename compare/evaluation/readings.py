@@ -91,15 +91,19 @@ class ProfileFeatures(FeatureMethod):
 
 def evaluations(tasks: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
     """Return what was said of objects under protocols, all of it learnt side by side."""
-    results = iter(trials_of([(one, splits) for one, protocol in tasks for splits in splits_of_protocol(protocol)]))
-    return [evaluation_of(one, protocol, results) for one, protocol in tasks]
+    results = iter(
+        trials_of([(features, splits) for features, protocol in tasks for splits in splits_of_protocol(protocol)])
+    )
+    return [evaluation_of(features, protocol, results) for features, protocol in tasks]
 
 
 def trials_of(tasks: Sequence[tuple[ProfileFeatures, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
     folds = [folds_of(splits) for _, splits in tasks]
     work = [
-        delayed(one.scores_of)(fold) for (one, _), own_folds in zip(tasks, folds, strict=True) for fold in own_folds
+        delayed(features.scores_of)(fold)
+        for (features, _), own_folds in zip(tasks, folds, strict=True)
+        for fold in own_folds
     ]
     rows = sum(len(fold.train) for own_folds in folds for fold in own_folds)
     learning = Parallel(n_jobs=-1 if rows >= WORTH_CORES else 1, return_as="generator")

@@ -267,10 +267,15 @@ def draw_kind(axes: Axes, kind: str, rows: Mapping[str, Rates]):
     """Draw one corruption, from clean objects on."""
     severities = sorted(rows, key=int)
     for name, (label, colour) in LINES.items():
-        axes.plot([int(one) for one in severities], [rows[one][name] for one in severities], color=colour, label=label)
-        beside = [rows[one].get("baselines", {}).get(BASELINE, {}).get(name) for one in severities]
+        axes.plot(
+            [int(severity) for severity in severities],
+            [rows[severity][name] for severity in severities],
+            color=colour,
+            label=label,
+        )
+        beside = [rows[severity].get("baselines", {}).get(BASELINE, {}).get(name) for severity in severities]
         if None not in beside:
-            axes.plot([int(one) for one in severities], beside, color=colour, linewidth=0.7, alpha=0.6)
+            axes.plot([int(severity) for severity in severities], beside, color=colour, linewidth=0.7, alpha=0.6)
     axes.set_title(kind.replace("_", " "), fontsize=9, color=INK)
     axes.set(ylim=(0, 1.02), xticks=range(6))
     axes.tick_params(colors=GREY, labelsize=7)

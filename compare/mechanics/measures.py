@@ -47,12 +47,12 @@ class TaskReports:
                 TaskOutcome(
                     backend=name,
                     measure="pose of use ranked first",
-                    value=one.first,
-                    asked=one.asked,
-                    seconds=one.seconds,
-                    right=one.right,
+                    value=row.first,
+                    asked=row.asked,
+                    seconds=row.seconds,
+                    right=row.right,
                 )
-                for name, one in self.poses.items()
+                for name, row in self.poses.items()
             ]
         measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
         measures["places"] = ("F of seats with a place to sit", self.places)
@@ -61,12 +61,12 @@ class TaskReports:
             TaskOutcome(
                 backend=name,
                 measure=words,
-                value=one.score.f_measure,
-                asked=one.score.asked,
-                seconds=one.score.cpu_seconds,
-                right={f"{each.name} {each.kind}": each.true == each.positive for each in one.verdicts},
+                value=row.score.f_measure,
+                asked=row.score.asked,
+                seconds=row.score.cpu_seconds,
+                right={f"{each.name} {each.kind}": each.true == each.positive for each in row.verdicts},
             )
-            for name, one in scores.items()
+            for name, row in scores.items()
         ]
 
 
@@ -105,11 +105,11 @@ def measured(
 
     def measurable(task: str) -> dict[str, Simulator]:
         named = ABILITIES[task]
-        return {name: one for name, one in simulators.items() if task in tasks and callable(getattr(one, named, None))}
+        return {name: row for name, row in simulators.items() if task in tasks and callable(getattr(row, named, None))}
 
     def scored(task: str, score: Callable[..., Any], *more: object) -> dict[str, Any]:
-        scored = {name: score(objects, one, *more, count, loading) for name, one in measurable(task).items()}
-        return {name: one for name, one in scored.items() if one is not None}
+        scored = {name: score(objects, row, *more, count, loading) for name, row in measurable(task).items()}
+        return {name: row for name, row in scored.items() if row is not None}
 
     return TaskReports(
         poses=scored("poses", score_poses, classifier),
@@ -165,10 +165,10 @@ def task_reports(mechanics: TaskReports) -> dict[str, dict[str, Any]]:
     sentence_of, same = sentences(mechanics), mechanics.agreement
     reports = {}
     for task, unable in mechanics.unable.items():
-        rows = [asdict(one) for one in mechanics.outcomes(task)]
-        more = {name: asdict(one) for name, one in scores[task].items()}
-        for one in more.values():
-            one.pop("answers", None)  # the single places of what stands
+        rows = [asdict(row) for row in mechanics.outcomes(task)]
+        more = {name: asdict(row) for name, row in scores[task].items()}
+        for row in more.values():
+            row.pop("answers", None)  # the single places of what stands
         reports[task] = {"says": sentence_of[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:
         reports["standing"]["agreement"] = same and asdict(same)

@@ -32,7 +32,7 @@ class PoseScore:
     """How well one backend finds poses."""
 
     backend: str
-    simulator_answers: int
+    asked: int
     found: float  # share of objects whose upright pose is among them
     first: float  # the upright pose has the highest score of the object's function
     likeliest: float  # it is the likeliest pose
@@ -72,13 +72,13 @@ def score_poses(
     found = list(answers.values())
     if not found:
         return None
-    means = {key: float(np.mean([one[key] for one in found])) for key in ("found", "first", "likeliest", "poses")}
+    means = {key: float(np.mean([score[key] for score in found])) for key in ("found", "first", "likeliest", "poses")}
     return PoseScore(
         backend=simulator.name,
         asked=len(found),
         **means,
-        seconds=float(np.median([one["seconds"] for one in found])),
-        right={name: one["first"] for name, one in answers.items()},
+        seconds=float(np.median([score["seconds"] for score in found])),
+        right={name: score["first"] for name, score in answers.items()},
     )
 
 
@@ -108,7 +108,7 @@ class HoledScore:
     """What vessels keep that have a hole in the wall at one height."""
 
     kind: str
-    simulator_answers: int
+    asked: int
     kept: Curve  # in the mean
     classified: float  # share that is still classified as a vessel
 

@@ -48,7 +48,7 @@ class TaskScore:
     """How well one backend did a task."""
 
     backend: str
-    simulator_answers: int
+    asked: int
     f_measure: float
     precision: float
     recall: float
@@ -70,14 +70,14 @@ class TaskOutcome:
     backend: str
     measure: str  # what the value is
     value: float
-    simulator_answers: int
+    asked: int
     seconds: float  # of one object
     right: dict[str, bool]  # by object
 
 
 def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -> TaskScore:
     """Return the score of verdicts."""
-    found = quality(np.array([one.true for one in verdicts]), np.array([one.positive for one in verdicts]))
+    found = quality(np.array([answer.true for answer in verdicts]), np.array([answer.positive for answer in verdicts]))
     shares = {"f_measure": found.f_measure, "precision": found.precision, "recall": found.recall}
     return TaskScore(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
 
@@ -133,7 +133,7 @@ def standing_answers(path: Path, simulator: Simulator, loading: LoadOptions, fun
     """Return how a file's object stands, and each sawn copy of it that can be made."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
-    variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
+    variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*answer.mesh(), path.name)) for kind, answer in copies)]
     return [standing_answer(variant, kind, simulator, function) for kind, variant in variants]
 
 
@@ -177,11 +177,11 @@ def score_standing(
         for item, found, taken in simulator_answers(
             standing_answers, of_function, simulator, f"standing by {simulator.name}", loading, function
         ):
-            answers |= {f"{item.path.name} {one.kind}": one for one in found}
+            answers |= {f"{item.path.name} {answer.kind}": answer for answer in found}
             seconds.append(taken / len(found))
     if not answers:
         return None
-    verdicts = tuple(one.verdict(name) for name, one in answers.items())
+    verdicts = tuple(answer.verdict(name) for name, answer in answers.items())
     score = score_of(simulator.name, verdicts, float(np.mean(seconds)))
     return StandScore(score=score, verdicts=verdicts, answers=answers)
 

@@ -149,10 +149,10 @@ def sitters(rows: Iterable[CopySeats]) -> dict[str, float | None]:
     every = list(rows)
     return {
         "copies": len(every),
-        "proposed": share([one.assumed.places > 0 for one in every]),
-        "held": share([one.assumed.held > 0 for one in every]),
-        "proposed as classified": share([one.answered is not None and one.answered.places > 0 for one in every]),
-        "held as classified": share([one.answered is not None and one.answered.held > 0 for one in every]),
+        "proposed": share([row.assumed.places > 0 for row in every]),
+        "held": share([row.assumed.held > 0 for row in every]),
+        "proposed as classified": share([row.answered is not None and row.answered.places > 0 for row in every]),
+        "held as classified": share([row.answered is not None and row.answered.held > 0 for row in every]),
     }
 
 
@@ -185,7 +185,7 @@ def share(which: Sequence[bool]) -> float | None:
 
 def quality(rows: Sequence[TriedPlaces], predicted: Sequence[bool]) -> dict[str, float]:
     """Return precision, recall and F-measure of what is said to have the function."""
-    found = validation.quality(np.array([one.true for one in rows], bool), np.array(predicted, bool))
+    found = validation.quality(np.array([row.true for row in rows], bool), np.array(predicted, bool))
     return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
 
 
@@ -221,9 +221,9 @@ def benefit_of_proofs(rows: Sequence[TriedPlaces]) -> dict[str, object]:
 def shares(rows: Sequence[TriedPlaces]) -> dict[str, float | None]:
     """Return what share has the function: of all, of those whose best place held, and of those whose did not."""
     return {
-        "all": share([one.true for one in rows]),
-        "held": share([one.true for one in rows if one.best]),
-        "failed": share([one.true for one in rows if not one.best]),
+        "all": share([row.true for row in rows]),
+        "held": share([row.true for row in rows if row.best]),
+        "failed": share([row.true for row in rows if not row.best]),
     }
 
 

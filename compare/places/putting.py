@@ -141,11 +141,11 @@ def summary(rows: Sequence[dict[str, StayCounts | None]]) -> dict[str, dict[str,
     results = {}
     for name in rows[0] if rows else ():
         got = [row[name] for row in rows if row[name] is not None]
-        tested = sum(one.asked for one in got)
+        tested = sum(count.asked for count in got)
         results[name] = {
             "poses": tested,
-            "stayed": round(sum(one.stayed for one in got) / max(1, tested), 4),
-            "touched": sum(one.touched for one in got),
+            "stayed": round(sum(count.stayed for count in got) / max(1, tested), 4),
+            "touched": sum(count.touched for count in got),
             "without": sum(row[name] is None for row in rows),
         }
     return results

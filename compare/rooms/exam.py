@@ -1,4 +1,4 @@
-"""The exam of real scans: recall and precision by object and by place, by function and source, with intervals.
+"""The benchmark of real scans: recall and precision by object and by place, by function and source, with intervals.
 
 By *object* a claim is right where its box, or its points, overlap those of a true object of that function. By *place*
 it is right where the best place of that function on it, to sit, to put or to pour, lies in a true object's box.
@@ -43,7 +43,7 @@ class BenchmarkScan:
 
     def score(self, unit: str, function: str = ALL) -> Score:
         """Return the score by object or by place, of one function or of all."""
-        return score_of(one for one in self.verdicts[unit] if function in (ALL, one.function))
+        return score_of(verdict for verdict in self.verdicts[unit] if function in (ALL, verdict.function))
 
 
 def source_of(path: Path) -> str:
@@ -90,7 +90,7 @@ def match_places(
 
 def best_place(places: Sequence[Place], function: str) -> Place | None:
     """Return the place of the best score for a function, None without one."""
-    return max((one for one in places if one.function == function), key=lambda one: one.score, default=None)
+    return max((place for place in places if place.function == function), key=lambda place: place.score, default=None)
 
 
 def holder_of(position: np.ndarray, truth: Sequence[TrueObject], scan: Scan) -> int | None:
@@ -112,7 +112,7 @@ def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]
     figure : callable
         From counts found, missed and false (R, 3) to the figure of each sample (R,).
     """
-    counts = np.array([[one[name] for name in ("found", "missed", "false")] for one in scores]).reshape(-1, 3)
+    counts = np.array([[score[name] for name in ("found", "missed", "false")] for score in scores]).reshape(-1, 3)
     if not counts.sum():
         return None, None
     chosen = np.random.default_rng(0).integers(len(counts), size=(RESAMPLED, len(counts)))
@@ -125,8 +125,8 @@ def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]
 
 
 def benchmark_rows(scans: Sequence[BenchmarkScan]) -> list[Row]:
-    """Return the lines of the exam: all, by function and by source, each by object and by place."""
-    functions = sorted({one.function for scan in scans for unit in scan.verdicts.values() for one in unit})
+    """Return the rows of the benchmark: all, by function and by source, each by object and by place."""
+    functions = sorted({verdict.function for scan in scans for unit in scan.verdicts.values() for verdict in unit})
     sources = sorted({scan.source for scan in scans})
     rows = []
     for unit in (OBJECT, PLACE):
@@ -149,7 +149,7 @@ def benchmark_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
 
 
 def print_benchmark(rows: Sequence[Row]):
-    """Print the exam."""
+    """Print the benchmark as a table."""
     table = [
         [row["by"], row["of"], row["scans"]]
         + [shared(row["found"], row["seen"], row["recall"], row["recall_interval"])]

@@ -142,8 +142,8 @@ def inferred_row(claims: Verdicts) -> Row:
     """Return how many of the claims of what was not seen are true, and of what."""
     return {
         "claims": len(claims),
-        "backs": sum(one.outcome == "back found" for one in claims),
-        "seen": sum(one.outcome == "found" for one in claims),
+        "backs": sum(seat.outcome == "back found" for seat in claims),
+        "seen": sum(seat.outcome == "found" for seat in claims),
     }
 
 

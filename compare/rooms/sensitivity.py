@@ -66,7 +66,7 @@ class SettingField:
 
 def numbers_of(stage: str) -> list[SettingField]:
     """Return the numbers of a stage, without pairs and rows of numbers."""
-    single = [one.name for one in fields(settings.STAGES[stage]) if not isinstance(one.default, tuple)]
+    single = [field.name for field in fields(settings.STAGES[stage]) if not isinstance(field.default, tuple)]
     return [SettingField(stage=stage, name=name) for name in single]
 
 
@@ -97,7 +97,7 @@ def row_of(
             except Exception as error:  # a setting that nothing can be done with, which is an answer too
                 row += ["-", "-", type(error).__name__]
                 continue
-        changed = sum(one != other for one, other in zip(after, before, strict=True))
+        changed = sum(field != other for field, other in zip(after, before, strict=True))
         row += [str(counts.hits), str(counts.false_alarms), str(changed)]
     return row
 
@@ -106,10 +106,10 @@ def print_list():
     """Print every number: what it is called, what it is, its unit, and what it stands for."""
     for stage, settings_of_stage in settings.STAGES.items():
         show(f"{stage}: {type(settings_of_stage).__doc__}")
-        for one in fields(settings_of_stage):
-            value = one.default if isinstance(one.default, tuple) else f"{one.default:g}"
-            words = " ".join(filter(None, [f"{one.name} = {value}", one.metadata["unit"]]))
-            show(f"    {words}: {one.metadata['meaning']}")
+        for field in fields(settings_of_stage):
+            value = field.default if isinstance(field.default, tuple) else f"{field.default:g}"
+            words = " ".join(filter(None, [f"{field.name} = {value}", field.metadata["unit"]]))
+            show(f"    {words}: {field.metadata['meaning']}")
     single = sum(len(numbers_of(stage)) for stage in settings.STAGES)
     rows = sum(len(fields(settings_of_stage)) for settings_of_stage in settings.STAGES.values()) - single
     show(f"{single} hand-set numbers, and {rows} pairs and rows of numbers")

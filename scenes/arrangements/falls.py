@@ -69,8 +69,8 @@ def lower_neighbors(centers: np.ndarray, radius: float) -> list[list[int]]:
     below: list[list[int]] = [[] for _ in centers]
     pairs = cKDTree(centers).query_pairs(TOUCHING * radius) if len(centers) else ()
     heights = centers[:, 2]
-    for one, other in sorted(pairs):
-        low, high = (one, other) if heights[one] < heights[other] else (other, one)
+    for first, other in sorted(pairs):
+        low, high = (first, other) if heights[first] < heights[other] else (other, first)
         below[high].append(low)
     return below
 

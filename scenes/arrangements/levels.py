@@ -59,7 +59,7 @@ def level_of(
     rounds = range(seed, seed + math.ceil(drops / layer))
     settings = DropSettings(radius=length, max_drops=layer)
     alone, together = (
-        joined([around.drop(simulator, settings, one) for one in rounds])
+        joined([around.drop(simulator, settings, round_seed) for round_seed in rounds])
         for around in (surroundings([target], 0, length), surroundings(objects, number, length))
     )
     held = alone.centers[alone.by(0)]

@@ -60,7 +60,8 @@ def legend(item: ArrangedResult) -> str:
 def function_words(item: ArrangedResult) -> str:
     """Return what an object is for together, and alone where that is something else."""
     alone, among = (
-        [name for name, membership in one.items() if membership.member] for one in (item.alone, item.together)
+        [name for name, membership in memberships.items() if membership.member]
+        for memberships in (item.alone, item.together)
     )
     now = ", ".join(among) or "none"
     return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'none'})"

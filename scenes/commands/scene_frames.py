@@ -90,8 +90,13 @@ def fused_json(fusion: SceneFusion, source: Frames) -> dict[str, object]:
         "frames": {"fused": len(fusion.views), "left_out": len(source.frames) - len(fusion.views)},
         "poses": "given" if source.posed else "odometry",
         "gone": [
-            {"id": one.id, "functions": sorted(one.functions), "center": one.center.round(4).tolist(), "seen": one.seen}
-            for one in fusion.gone
+            {
+                "id": item.id,
+                "functions": sorted(item.functions),
+                "center": item.center.round(4).tolist(),
+                "seen": item.seen,
+            }
+            for item in fusion.gone
         ],
         "stages": {name: round(seconds, 4) for name, seconds in (fusion.stages | fusion.room.stages).items()},
     }

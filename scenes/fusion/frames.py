@@ -205,7 +205,7 @@ def read_log(path: Path, count: int) -> Iterator[np.ndarray | None]:
 def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
     """Return the camera that is given, or that lies beside the images; its size is that of the first image."""
     beside = (place / "camera-intrinsics.txt" for place in (folder, folder.parent))
-    path = intrinsics or next((one for one in beside if one.is_file()), None)
+    path = intrinsics or next((file for file in beside if file.is_file()), None)
     if path is None:
         return None
     if path.suffix.lower() == ".json":

@@ -176,7 +176,7 @@ class SceneFusion:
     @property
     def gone(self) -> list[KnownObject]:
         """Objects whose place was seen to be free, and that were not found elsewhere."""
-        return [one for one in self.tracker.known if one.gone]
+        return [item for item in self.tracker.known if item.gone]
 
 
 def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:

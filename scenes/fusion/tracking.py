@@ -53,9 +53,9 @@ class Tracker:
     def missing(self, views: Sequence[View]) -> list[KnownObject]:
         """Mark objects as gone whose place the newest of the views that show it shows to be free; return them."""
         found = []
-        for place, one in enumerate(self.known):
-            if not one.gone and is_free(one.points, views):
-                self.known[place] = replace(one, gone=True)
+        for place, item in enumerate(self.known):
+            if not item.gone and is_free(item.points, views):
+                self.known[place] = replace(item, gone=True)
                 found.append(self.known[place])
         return found
 
@@ -150,7 +150,7 @@ def table(
     measure: Callable[[KnownObject, KnownObject], float],
 ) -> np.ndarray:
     """Return a measure of each object found and each known at the places, (F, P) float64."""
-    scores = [measure(one, known[place]) for one in found for place in places]
+    scores = [measure(item, known[place]) for item in found for place in places]
     return np.array(scores, float).reshape(len(found), len(places))
 
 

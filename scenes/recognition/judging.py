@@ -82,16 +82,21 @@ def classify_proposals(
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    parts = [scan_part(points, one) for one in proposals]
+    parts = [scan_part(points, proposal) for proposal in proposals]
     whole = [not is_fragment(part.points, part.box, part.proposal.support) for part in parts]
-    predictions = iter(classify_parts([part for part, one in zip(parts, whole, strict=True) if one], context, watch))
+    predictions = iter(
+        classify_parts([part for part, proposal in zip(parts, whole, strict=True) if proposal], context, watch)
+    )
     radius = context.model.radius_
     nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
         ObjectCandidate(
-            proposal=part.proposal, functions=next(predictions) if one else nothing, place=place, fragment=not one
+            proposal=part.proposal,
+            functions=next(predictions) if proposal else nothing,
+            place=place,
+            fragment=not proposal,
         )
-        for place, (part, one) in enumerate(zip(parts, whole, strict=True))
+        for place, (part, proposal) in enumerate(zip(parts, whole, strict=True))
     ]
 
 
@@ -127,13 +132,13 @@ def classify_dropped(
         predictions = context.model.memberships_of(settled, any_heading=True)
     else:
         around = context.surroundings.of
-        surroundings = [around(one.points, one.box.size, one.proposal.support) for one in parts]
+        surroundings = [around(part.points, part.box.size, part.proposal.support) for part in parts]
         predictions = context.model.scene_memberships(settled, np.array(surroundings))
     if context.bars is None:
         return predictions
     return [
-        candidate_with_claims(prediction, context.bars[one.proposal.by])
-        for prediction, one in zip(predictions, parts, strict=True)
+        candidate_with_claims(prediction, context.bars[part.proposal.by])
+        for prediction, part in zip(predictions, parts, strict=True)
     ]
 
 

@@ -107,7 +107,7 @@ def find_objects(
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
     if is_depth_image(scan, intrinsics):
         image, camera, colors = (
-            Path(one).expanduser() if isinstance(one, str) else one for one in (scan, intrinsics, color)
+            Path(entry).expanduser() if isinstance(entry, str) else entry for entry in (scan, intrinsics, color)
         )
         whole = load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
     else:
@@ -116,7 +116,9 @@ def find_objects(
     places = cache(partial(room_places, whole, room))
     found = [found_object(item, room, whole, lambda own=item.id: places().get(own, ())) for item in room.objects]
     unseen = [
-        inferred_object(item, room, lambda own=number: [one for one in places()[None] if one.kind == "sit"][own:][:1])
+        inferred_object(
+            item, room, lambda own=number: [entry for entry in places()[None] if entry.kind == "sit"][own:][:1]
+        )
         for number, item in enumerate(room.inferred)
     ]
     return found + unseen if inferred else found

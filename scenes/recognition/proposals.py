@@ -85,7 +85,7 @@ def propose(
     seed : int
         Of the drops.
     cautious : bool
-        Whether no surface is parted and backs begin near theirs: as models are taught, which few guesses suit.
+        Whether no surface is parted and backs begin near their seats: as in training, where few guesses are better.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
     for new in pool_proposals(scene, simulator, seed, cautious) if POOLS in kinds else []:

@@ -176,7 +176,7 @@ def recognise_objects(
     """
     context = RecognitionContext(model=model, completion=completion)
     candidates = classify_proposals(points, cluster_proposals(points, labels), context, Stopwatch())
-    return [scene_object(number, points, one) for number, one in enumerate(candidates)]
+    return [scene_object(number, points, candidate) for number, candidate in enumerate(candidates)]
 
 
 def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) -> SceneObject:

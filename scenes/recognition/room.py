@@ -144,7 +144,9 @@ def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> f
 def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return candidates with the points that no smaller one holds, those of most points first; too few are none."""
     order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
-    last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
+    last = max(
+        (candidate.proposal.members[-1] for candidate in candidates if len(candidate.proposal.members)), default=-1
+    )
     taken = np.zeros(last + 1, bool)
     left = []
     for k in order:
@@ -153,7 +155,7 @@ def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> 
         taken[free] = True
         if len(free) >= least:
             left.append(candidates[k].taking(free))
-    return sorted(left, key=lambda one: (-len(one.proposal.members), one.place))
+    return sorted(left, key=lambda candidate: (-len(candidate.proposal.members), candidate.place))
 
 
 FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"

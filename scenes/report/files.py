@@ -40,7 +40,7 @@ def room_page(scan: Scan, room: Room) -> str:
         lead_html(scan, room),
         f'<div class="room-display"><script type="application/json">{data}</script></div>',
         objects_html(room),
-        *(f"<p>Inferred, and not counted: {one.function}, since {escape(one.reason)}.</p>" for one in room.inferred),
+        *(f"<p>Inferred, and not counted: {item.function}, since {escape(item.reason)}.</p>" for item in room.inferred),
     ]
     return page_html(scan.name, parts, style=style, script=script, kind="display-page")
 

@@ -172,8 +172,8 @@ def marks_of(room: Room) -> list[BoxMark]:
 def inferred_marks(room: Room) -> list[BoxMark]:
     """Return the boxes of what was inferred and not seen, thin and grey."""
     return [
-        BoxMark(corners=one.box.corners, colour=_GREY, text=f"{one.function}: inferred", thin=True)
-        for one in room.inferred
+        BoxMark(corners=item.box.corners, colour=_GREY, text=f"{item.function}: inferred", thin=True)
+        for item in room.inferred
     ]
 
 

@@ -34,7 +34,7 @@ def find_patches(points: np.ndarray) -> Patches:
     """
     sizes = [patches_of_size(points, side) for side in SCAN.patch_sides]
     names = ("centers", "normals", "areas", "thickness")
-    return Patches(*(np.concatenate([getattr(one, name) for one in sizes]) for name in names))
+    return Patches(*(np.concatenate([getattr(size, name) for size in sizes]) for name in names))
 
 
 def patches_of_size(points: np.ndarray, side: float) -> Patches:

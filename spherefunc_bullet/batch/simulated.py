@@ -65,7 +65,7 @@ def simulate_by_all(
     run: Path | None = None,
     failed: Sequence[Callable[[InputError], None]],
 ) -> list[Simulated]:
-    """Return what `simulate_dataset` does for each of several droppings, each file loaded once.
+    """Return the results of `simulate_dataset` for each of several drop configs; each file is loaded once.
 
     Of one that no object is left for, it has none; see `require_some`.
 

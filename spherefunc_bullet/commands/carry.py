@@ -114,7 +114,7 @@ def print_shares(rows: Sequence[Row], angles: Sequence[float]):
         name = Path(row["file"]).name
         say_notes(name, row["notes"])
         start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
-        shares = [f"{one['share']:.2f}" for one in row["kept"]]
+        shares = [f"{step['share']:.2f}" for step in row["kept"]]
         table.append([*start, *shares, f"{row['kept_shaken']:.2f}"])
     head = ["file", "spheres", "radius", *(f"{angle:g}°" for angle in angles), "and shaken"]
     print_table("Share kept when tilted to all sides", head, table)

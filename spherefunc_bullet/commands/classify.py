@@ -75,7 +75,7 @@ def classify(
             raise InputError(f"--backend {backend}: expected one with --any-pose")
         return classify_any_pose(names, models[0][0], units, json)
     how = (models, LoadOptions(up=up, units=units), json or explain, explain)
-    isolate = any(isolated(make_simulator(one.simulator)) for one, _ in models)
+    isolate = any(isolated(make_simulator(chosen.simulator)) for chosen, _ in models)
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
@@ -227,7 +227,9 @@ def print_reasons(row: Row):
     show(f"  {first}" if members_of(row) else f"  likeliest: {first}")
     for reason in others:
         show(f"  {reason}")
-    if rejected := [f"{name} {one['score']:.2f}" for name, one in row["functions"].items() if not one["member"]]:
+    if rejected := [
+        f"{name} {membership['score']:.2f}" for name, membership in row["functions"].items() if not membership["member"]
+    ]:
         show(f"  not {', '.join(rejected)}")
     if near := named_neighbors(row):
         show(f"  nearest training objects: {', '.join(near)}")

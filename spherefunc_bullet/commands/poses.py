@@ -81,7 +81,7 @@ def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], sec
 
     return {
         "file": str(file),
-        "poses": [pose_row(one) for one in answers],
+        "poses": [pose_row(answer) for answer in answers],
         "best": best_poses(answers),
         "drops": result.drops,
         "timed_out": result.timed_out,

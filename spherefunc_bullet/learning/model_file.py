@@ -152,8 +152,8 @@ def models_for(model: str | Path | FunctionModel | None, backend: str | None, fu
     if model is not None and len(names) > 1:
         raise InputError(f"backend {backend!r}: expected one, as a model that is given is of one")
     models = [inference_model(model, name) for name in names]
-    chosen = models if function is None else [chosen_model.only(function) for chosen_model in models]
-    return [(chosen_model, partial(model_for_views, chosen_model, given=model is not None)) for chosen_model in chosen]
+    chosen = models if function is None else [each.only(function) for each in models]
+    return [(each, partial(model_for_views, each, given=model is not None)) for each in chosen]
 
 
 def model_for_views(model: FunctionModel, *, given: bool) -> FunctionModel:

@@ -125,7 +125,7 @@ def proven(
     best = {place.kind: row for row, place in reversed(list(enumerate(places)))}
     results = []
     for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
-        failed = sum(not proofs[one].holds for one in {row, best[place.kind]})
+        failed = sum(not proofs[row_number].holds for row_number in {row, best[place.kind]})
         results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
     return sorted(results, key=worth)
 

@@ -104,7 +104,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return np.round(value, 5).tolist()
     if isinstance(value, tuple):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     if isinstance(value, np.bool_):
         return bool(value)
     return round(float(value), 5) if isinstance(value, float | np.floating) else value

@@ -114,7 +114,7 @@ def poses_on(surface: HeightMap, region: Region, footprint: ObjectFootprint) -> 
         for heading in headings_of(footprint)
         for xy, margin in positions(surface, region, free, footprint, heading)
     ]
-    found.sort(key=lambda one: -one[2])
+    found.sort(key=lambda place: -place[2])
     apart = 0.8 * surface.cell * np.sqrt(region.cells.sum() / MOST_POSES)  # so that they are all over the region
     chosen = spread(found, max(0.05, float(apart)))
     poses = tuple(pose_at(surface, region, footprint, xy, heading) for xy, heading, _ in chosen)
@@ -191,12 +191,12 @@ def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[t
     """Return the first of places and of those that are not near one before."""
     chosen: list[tuple[np.ndarray, float, float]] = []
     taken = np.empty((0, 2))
-    for one in found:
+    for place in found:
         if len(chosen) == MOST_POSES:
             break
-        if not len(taken) or np.abs(taken - one[0]).max(axis=1).min() >= apart:
-            chosen.append(one)
-            taken = np.vstack([taken, one[0]])
+        if not len(taken) or np.abs(taken - place[0]).max(axis=1).min() >= apart:
+            chosen.append(place)
+            taken = np.vstack([taken, place[0]])
     return chosen
 
 

@@ -39,10 +39,10 @@ class CheckedSettings:
     """Settings that raise InputError for values outside the range of a field, see `amount`."""
 
     def __post_init__(self):
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if "limits" in one.metadata and value is not one.default:
-                require_amount(one.name, value, **one.metadata["limits"])
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if "limits" in setting.metadata and value is not setting.default:
+                require_amount(setting.name, value, **setting.metadata["limits"])
 
 
 @dataclass(frozen=True, kw_only=True)

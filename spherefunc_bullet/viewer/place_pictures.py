@@ -230,8 +230,8 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
 
     parts = [f"<p>{EXPLAINED.format(person=person)}</p>"]
     for cloud, places in shown:
-        drawn = [one for one in places if one.score >= SHOWN]
-        panels = [panel_of(cloud, kind, [one for one in drawn if one.kind == kind], person) for kind in COLOURS]
+        drawn = [place for place in places if place.score >= SHOWN]
+        panels = [panel_of(cloud, kind, [place for place in drawn if place.kind == kind], person) for kind in COLOURS]
         some = [panel for panel in panels if len(panel.layers[0].centers)]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
         parts.append(pictured(cloud, some, some) if some else "<p>No place.</p>")

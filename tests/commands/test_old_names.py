@@ -56,3 +56,5 @@ def test_attributes_of_a_model_keep_their_old_names():
         assert model.lines_ is model.calibrations_
     with pytest.warns(DeprecationWarning, match="familiar_distance_"):
         assert model.familiar_ == 0.1
+    with pytest.warns(DeprecationWarning, match="run_limit"):
+        assert model.length == model.run_limit

@@ -172,22 +172,11 @@ def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
     write_catalogue([item for item in catalogues.household() if item.name in kinds], tmp_path / "objects", "six")
-    simulator_answers = [
-        "--tasks",
-        "labels,standing",
-        "--task-objects",
-        "2",
-        "--trials",
-        "1",
-        "--radii",
-        "3cm",
-        "--jobs",
-        "1",
-    ]
+    options = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]
 
     def said(command: str, *arguments: str) -> dict:
         monkeypatch.setattr(
-            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *simulator_answers, "--json"]
+            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *options, "--json"]
         )
         with pytest.raises(SystemExit) as ended:
             main()

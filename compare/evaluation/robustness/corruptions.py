@@ -112,7 +112,7 @@ def corrupted_set_of(
     tasks = [(item, drop_config) for item in some]
     outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
     done = passed(outcomes, len(some), "corrupting", failed)
-    made = [(rows[some[index].path], *one) for index, corruptions in done for one in corruptions]
+    made = [(rows[some[index].path], *split) for index, corruptions in done for split in corruptions]
     made.sort(key=itemgetter(0, 1, 2))
     copies = [whole.objects[row] for row, *_ in made], [record for *_, record in made]
     both = whole + Simulated(learnt.name, *map(tuple, copies))

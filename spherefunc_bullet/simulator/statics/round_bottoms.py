@@ -74,8 +74,8 @@ def rolls_away(facets: Facets, rest: int) -> bool:
             return True
         low = facets.neighbors[facet][facets.sills[facet] <= limit]
         low = low[facets.heights[facets.rests_on[low]] >= level]  # what ends lower has tipped
-        left += [int(one) for one in low if one not in seen]
-        seen.update(int(one) for one in low)
+        left += [int(facet_number) for facet_number in low if facet_number not in seen]
+        seen.update(int(facet_number) for facet_number in low)
     return False
 
 

@@ -185,9 +185,9 @@ def carried(
         tipping = tipping_loads(resting, places)
     else:
         tipping = np.array([loaded.bearable(place) for place in places])
-    carries = np.array([one.stance is Stance.STANDS for one in under]) & (settings.load <= tipping)
-    tested = [k for k, one in enumerate(under) if carries[k] and not one.flat]
+    carries = np.array([stance.stance is Stance.STANDS for stance in under]) & (settings.load <= tipping)
+    tested = [k for k, stance in enumerate(under) if carries[k] and not stance.flat]
     if let_go is not None and tested:
         engine = let_go([resting.loaded(settings.load, places[k]) for k in tested])
-        carries[tested] = [one.stance is Stance.STANDS for one in engine]
+        carries[tested] = [stance.stance is Stance.STANDS for stance in engine]
     return carries, tipping
