@@ -105,7 +105,6 @@ WHOLE := household build/impaired $(LIKE_HOUSEHOLD) $(if $(OTHERS),build/others)
 COPIES := $(patsubst %,build/household-%-impaired,1 3 4) $(if $(OTHERS),build/others-impaired)
 FEWER_COPIES := $(filter %-1-impaired %/others-impaired,$(COPIES))  # bullet takes hours for these
 VARIETY := build/variety-1 build/variety-2 build/variety-3 build/variety-1-impaired
-
 DRAWN := $(patsubst scenes/drawn/%.zip,build/%,$(wildcard scenes/drawn/drawn-*.zip))
 
 model: setup $(filter build/%,$(WHOLE) $(COPIES) $(VARIETY) $(DRAWN))  ## those that ship with the package
@@ -121,13 +120,10 @@ build/impaired: $(CATALOGUE)  ## copies of some objects of household: useless, h
 build/household-%-impaired: build/household-%
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
 
-build/variety-%: $(CATALOGUE) $(shell find scenes/variety -name '*.py')  # from 3 on in other proportions as well
-	@rm -rf $@ && $(BIN)/spherefunc dataset build variety $@ --seed $* --stretch $(if $(filter 1 2,$*),0,0.15)
-
-build/variety-%-impaired: build/variety-%
+build/variety-%-impaired: build/variety-% $(CATALOGUE)
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
 
-$(DRAWN) build/exam: build/%: scenes/drawn/%.zip  ## sets of objects, each drawn in another style; the exam is never learnt
+$(filter-out %-impaired,$(VARIETY)) $(DRAWN) build/exam: build/%: scenes/drawn/%.zip  ## sets of objects, each drawn in another style; the exam is never learnt
 	@rm -rf $@ && $(BIN)/python -m zipfile -e $< $@
 
 build/others: $(OTHERS)/manifest.csv  ## what other people's licences allow to learn from

@@ -156,7 +156,7 @@ def test_name_of_a_catalogue(tmp_path, monkeypatch):
 
 
 def test_unknown_name_lists_the_catalogues(tmp_path):
-    check_refused("no-such-set", "household, surroundings, variety; found nothing of that name")
+    check_refused("no-such-set", "household, surroundings; found nothing of that name")
     (tmp_path / "model.ply").write_text("")
     check_refused(tmp_path / "model.ply", "found a file")
 

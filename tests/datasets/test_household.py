@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from catalogue_checks import flaws, identical, odd_sizes, pieces_that_touch, unchanged
+from catalogue_checks import flaws, groups_that_touch, identical, odd_sizes, unchanged
 from catalogues import household, labelled
 
 from spherefunc_bullet.datasets.catalogue import write_catalogue
@@ -67,7 +67,7 @@ def test_sizes_are_plausible():
 
 def test_no_part_floats():
     """The bounding boxes of the parts touch one another, within 2 mm, in one connected whole."""
-    assert [item.name for item in household() if pieces_that_touch(item.mesh)[0] != 1] == []
+    assert [item.name for item in household() if groups_that_touch(item.mesh) != 1] == []
 
 
 def test_another_seed_makes_other_objects_as_sound():

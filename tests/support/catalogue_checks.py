@@ -63,12 +63,11 @@ def identical(others: Sequence[CatalogueObject], objects: Sequence[CatalogueObje
     return one == other
 
 
-def pieces_that_touch(mesh: trimesh.Trimesh) -> tuple[int, np.ndarray, np.ndarray]:
-    """Return how many groups of pieces touch by their boxes, within 2 mm, each piece's group (P,) and its lowest z."""
+def groups_that_touch(mesh: trimesh.Trimesh) -> int:
+    """Return how many groups of pieces there are, of which those of one group touch by their boxes, within 2 mm."""
     links = coo_matrix((np.ones(len(mesh.edges)), mesh.edges.T), shape=(len(mesh.vertices),) * 2)
     count, piece = connected_components(links, directed=False)
     lows = np.array([mesh.vertices[piece == k].min(axis=0) for k in range(count)])
     highs = np.array([mesh.vertices[piece == k].max(axis=0) for k in range(count)])
     apart = (lows[:, None] > highs[None] + 0.002).any(axis=2)
-    groups, group = connected_components(~(apart | apart.T), directed=False)
-    return groups, group, lows[:, 2]
+    return connected_components(~(apart | apart.T), directed=False, return_labels=False)

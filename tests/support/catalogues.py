@@ -6,19 +6,12 @@ from functools import cache
 
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.household.parts.legs import CatalogueObject
-from spherefunc_bullet.scenes.variety.variety import variety_objects
 
 
 @cache
 def household() -> tuple[CatalogueObject, ...]:
     """Return the objects of `household`."""
     return tuple(household_objects())
-
-
-@cache
-def variety() -> tuple[CatalogueObject, ...]:
-    """Return the objects of `variety`."""
-    return tuple(variety_objects())
 
 
 def labelled(objects: tuple[CatalogueObject, ...], label: str) -> list[CatalogueObject]:

@@ -163,4 +163,4 @@ TABLES = [
 
 def top(shape: str, width: float, depth: float, thickness: float, height: float):
     """Return a table top of the given plan whose upper face is at ``height``, metres."""
-    return prism(outline(shape, width, depth, corner=0.25, oval=2.0), thickness, height - thickness)
+    return prism(outline(shape, width, depth), thickness, height - thickness)

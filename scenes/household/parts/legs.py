@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -109,13 +109,6 @@ def crossed_legs(width: float, depth: float, height: float, thickness: float):
         for y in (-1, 1):
             parts.append(beam([x, y * depth / 2, height], [x, -y * depth / 2, 0.01], thickness, thickness))
     return [*parts, crossbar(width, 0, height / 2, thickness, thickness)]
-
-
-def crossed_tubes(top: Sequence[float], foot: Sequence[float], high: float, low: float, radius: float):
-    """Return four round legs, from (x, y) at the corners of a rectangle above to those of another below."""
-    return [
-        rod([x * top[0], y * top[1], high], [x * foot[0], y * foot[1], low], radius) for x in (-1, 1) for y in (-1, 1)
-    ]
 
 
 def panel_ends(width: float, depth: float, height: float, thickness: float):

@@ -41,22 +41,13 @@ def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4)
     return np.concatenate(arcs)
 
 
-def outline(shape: str, width: float, depth: float, *, corner: float = 0.2, oval: float = 2.3) -> np.ndarray:
-    """Return a table top's outline; what is round takes its width alone.
-
-    Parameters
-    ----------
-    corner : float
-        Radius of the corners of what is rounded, in shorter sides.
-    oval : float
-        Exponent of the superellipse: 2 is an ellipse, and more comes nearer to a rectangle.
-    """
+def outline(shape: str, width: float, depth: float) -> np.ndarray:
+    """Return a table top's outline; what is round takes its width alone."""
     return {
         "rectangle": lambda: rounded_rectangle(width, depth, 0.004, steps=1),
-        "rounded": lambda: rounded_rectangle(width, depth, corner * min(width, depth), steps=6),
+        "rounded": lambda: rounded_rectangle(width, depth, 0.25 * min(width, depth), steps=6),
         "round": lambda: circle(width / 2, 40),
-        "octagon": lambda: circle(width / 2, 8),
-        "oval": lambda: superellipse(width, depth, oval, 40),
+        "oval": lambda: superellipse(width, depth, 2.0, 40),
         "boat": lambda: superellipse(width, depth, 3.2, 40),
     }[shape]()
 
