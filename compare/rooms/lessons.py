@@ -44,15 +44,15 @@ _VISIBLE_SHARE = 0.25  # least share of such places: the back of a chair alone, 
 class ScanSetup:
     """How a room is scanned."""
 
-    views: int  # number of views that are fused
-    noise: float  # multiple of the noise of a Kinect
+    views: int | None  # number of views that are fused; None: all surfaces, as a CAD model has them
+    noise: float  # of the views, as a multiple of the noise of a Kinect
     leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
     window: int = 1  # pixels, see `Kinect`
     blur: float = 0.0  # pixels, see `Kinect`
     close: int = 4  # number of single views of one object each, from close up
 
 
-# Used in turn: a robot that drives around, a single view, sparse and dense fusion.
+# Used in turn: a robot that drives around, a single view, sparse and dense fusion, a CAD model.
 SCAN_SETUPS = (
     ScanSetup(views=3, noise=1.0),
     ScanSetup(views=1, noise=0.5, window=7),
@@ -60,6 +60,7 @@ SCAN_SETUPS = (
     ScanSetup(views=5, noise=1.0, leaf=0.01, window=7),
     ScanSetup(views=1, noise=1.5),
     ScanSetup(views=4, noise=0.5, leaf=0.02, window=7),
+    ScanSetup(views=None, noise=1.0),
 )
 # Stereo cameras, whose filters half fill mugs.
 STEREO_SETUPS = (
@@ -118,7 +119,7 @@ def proposal_example(
     name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, visible: float
 ) -> TrainingExample:
     """Return the training example of a proposal, labelled by the object that it overlaps most, if any."""
-    common = {"name": name, "record": record, "beside": example.surroundings}
+    common = {"name": name, "record": record, "surroundings": example.surroundings}
     if item is None:
         return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **common)
     return TrainingExample(

@@ -62,7 +62,7 @@ def example(**how) -> TrainingExample:
     ("how", "expected"),
     [
         ({"overlap": 0.9}, ({"sittable"}, set())),
-        ({"overlap": 0.9, "shown": 0.1}, (set(), {"sittable"})),  # the back alone
+        ({"overlap": 0.9, "visible": 0.1}, (set(), {"sittable"})),  # the back alone
         ({"overlap": 0.3}, (set(), {"sittable"})),  # disputed
         ({"overlap": 0.15}, (set(), set())),  # mostly something else, or a piece
     ],
@@ -88,7 +88,7 @@ def test_rooms_teach_what_stands_in_them(kept):
 def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     folder, (first, _) = kept
     for one, other in zip(cached_examples(rooms[0], SETUP, model, 0, None), first, strict=True):
-        fields = ("name", "source", "functions", "overlap", "shown")
+        fields = ("name", "source", "functions", "overlap", "visible")
         assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
         assert np.array_equal(one.record.voxels, other.record.voxels)
         assert np.array_equal(one.surroundings, other.surroundings)
