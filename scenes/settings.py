@@ -121,7 +121,7 @@ class PoolNumbers:
     back_gap: float = number(
         0.25, "m", "above the surface at which a back begins at the latest: it may be held by posts"
     )
-    cautious_gap: float = number(0.10, "m", "the same in training, where proposals are cut out cautiously")
+    cautious_gap: float = number(0.10, "m", "likewise, where models are taught: by what is cut out cautiously")
 
 
 @dataclass(frozen=True, kw_only=True)
