@@ -1,6 +1,7 @@
 """The model that ships for scans: fitted to the proposals in scans of virtual rooms, and to whole models.
 
-``python -m spherefunc_bullet.compare.rooms.scan_model household --out MODEL`` makes it (``make scan-model``).
+``python -m spherefunc_bullet.compare.rooms.scan_model household --out MODEL`` makes it (``make scan-model``). With
+``--join EARLIER`` the trees of an earlier model, which has learnt other rooms, vote beside those of the new one.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
-from spherefunc_bullet.learning.model_file import save_model
+from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
+from .joined_models import join
 from .lessons import (
     SCAN_SETUPS,
     STEREO_SETUPS,
@@ -100,18 +102,21 @@ def main(
     rooms: Annotated[int, typer.Option(min=1, help="Number of virtual rooms that are scanned.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms.")] = 1000,
     cache: Annotated[Path | None, typer.Option("--keep", help="Folder in which examples are cached.")] = None,
+    earlier: Annotated[Path | None, typer.Option("--join", help="An earlier model, whose trees vote as well.")] = None,
     jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = 1,
 ):
     """Train a model on the proposals in scans of virtual rooms, and on whole models of the first data set."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
     model = FunctionClassifier(backend, early_drops=0, estimator=forest())  # all drops of a proposal are always read
+    partner = None if earlier is None else load_model(earlier, backend)
     examples = [whole_model_example(item, load_cloud(item.path), model) for item in datasets[0].objects]
     sets = room_sets(datasets, rooms, seed)
     for done in progress(examples_of_sets(sets, model, cache, jobs), len(sets), "scanning rooms"):
         examples += done.examples
         for error in done.errors:
             failures.add(error)
-    save_model(learn(examples, model), out)
+    fitted = learn(examples, model)
+    save_model(fitted if partner is None else join(fitted, partner), out)
     say(f"{out}: trained on {len(examples)} examples, {sum(bool(each.functions) for each in examples)} with a function")
     failures.exit()
 

@@ -27,12 +27,11 @@ class ClaimThreshold:
         return self.by_function.get(name, self.usual)
 
 
-# In rooms of objects that nobody had learnt, seen as a whole and from near by, F hardly changes with these over two
-# tenths, but of seats in clusters, where even what is unsure mostly is one. Of tables, pools have parts. Of scores that
-# are probabilities.
+# Chosen on virtual rooms of objects that the model had not learnt (docs/rooms.md): a cluster that may be a seat mostly
+# is one. For scores that are probabilities.
 BARS = {
-    CLUSTERS: ClaimThreshold(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
-    POOLS: ClaimThreshold(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
+    CLUSTERS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55, "sittable": 0.4}),
+    POOLS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55}),
 }
 
 
