@@ -144,13 +144,15 @@ def boards_of(points: np.ndarray) -> list[Ground]:
     cells = ((points[:, :2] - corner) / CELL).astype(int)
     shape = cells.max(axis=0) + 1
     steps = np.round(points[:, 2] / LEVEL).astype(int)
+    upwards = np.argsort(steps, kind="stable")
+    ends = np.flatnonzero(np.diff(steps[upwards])) + 1
     boards: list[Ground] = []
-    for step in np.unique(steps):
+    for rows in np.split(upwards, ends):
         level = np.zeros(shape, bool)
-        level[tuple(cells[steps == step].T)] = True
+        level[tuple(cells[rows].T)] = True
         if level.mean() < BOARD:
             continue
-        height = float(points[steps == step, 2].max())
+        height = float(points[rows, 2].max())
         if boards and height - boards[-1].height < THICK:
             boards.pop()
         boards.append(Ground(corner, height, ~level, np.zeros(shape, bool)))

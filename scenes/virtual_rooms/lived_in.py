@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,11 +22,15 @@ from .grounds import top_of
 from .occupancy import Occupancy, RoomContents, decks_by_category
 from .surroundings import CLUTTER
 
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
 MOVED = 0.6  # of the small objects on a top, that are stacked or pushed together
 STACKED = 0.5  # of those
 TOUCH = 0.002  # metres at which two objects touch
 STEP = 0.001  # metres: an object that could slide on by less has come to its end
 PROBES = 1_500  # points of an object that are looked at
+FEW = 50  # times fewer are looked at first
 CLUTTERED = 0.6  # of the seats
 SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
@@ -79,21 +84,39 @@ def pushed_together(contents: RoomContents, number: int, partner: int):
     carrier = contents.objects[item.support].points
     near = [contents.objects[k].points for k in neighbours(contents, number)]
     near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
-    tree = cKDTree(np.vstack(near), balanced_tree=False, compact_nodes=False)  # made in half the time
     probes = item.points[:: max(1, len(item.points) // PROBES)]
     way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
         return
     direction, gone = np.append(way / length, 0.0), 0.0
+    near = within_reach(np.vstack(near), probes, length * direction)
+    tree = cKDTree(near, balanced_tree=False, compact_nodes=False)  # made in half the time
     # So far nothing can be in the way, wherever it is.
-    while gone < length and (free := tree.query(probes + gone * direction)[0].min() - TOUCH) > STEP:
+    while gone < length and (free := least_distance(probes + gone * direction, tree) - TOUCH) > STEP:
         gone += free
     moved = min(gone, length) * direction
     if ((probes + moved > 0) & (probes + moved < contents.size)).all():
         T_room_object = item.T_room_object.copy()
         T_room_object[:3, 3] += moved
         contents.move(number, T_room_object, item.support)
+
+
+def within_reach(points: np.ndarray, probes: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Return those of points (N, 3) that may stop an object of points (M, 3) on its way (3,).
+
+    The object stays farther from all others than the way is long, so that they cannot be what stops it.
+    """
+    margin = np.linalg.norm(way) + TOUCH + 2 * STEP
+    low = np.minimum(probes.min(axis=0), (probes + way).min(axis=0)) - margin
+    high = np.maximum(probes.max(axis=0), (probes + way).max(axis=0)) + margin
+    return points[((points > low) & (points < high)).all(axis=1)]
+
+
+def least_distance(points: np.ndarray, tree: cKDTree) -> float:
+    """Return the least distance of points (N, 3) from those of a tree; a few of them bound the search for the rest."""
+    least = tree.query(points[::FEW])[0].min()
+    return min(least, tree.query(points, distance_upper_bound=least)[0].min())
 
 
 def clutter_on_seats(contents: RoomContents):

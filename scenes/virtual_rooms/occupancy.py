@@ -37,15 +37,15 @@ class Occupancy:
 
     def fill(self, points: np.ndarray, count: int = 1):
         """Count an object of points (N, 3), metres, once in every cube of the room that it has points in."""
-        x, y, z = np.floor((points.T + _GRAZE) / SIDE).astype(np.int64)  # each axis in one piece of memory
-        width, depth, height = self.counts.shape
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < depth) & (z >= 0) & (z < height)
-        if not inside.any():
+        cubes = np.floor((points.T + _GRAZE) / SIDE).astype(np.int64, order="C")  # each axis in one piece of memory
+        ends = np.array(self.counts.shape)[:, None]
+        if cubes.size and not (0 <= cubes.min() and (cubes.max(axis=1, keepdims=True) < ends).all()):
+            cubes = cubes[:, ((cubes >= 0) & (cubes < ends)).all(axis=0)]
+        if not cubes.size:
             return
-        cubes = [axis[inside] for axis in (x, y, z)]
-        low, high = [axis.min() for axis in cubes], [axis.max() + 1 for axis in cubes]
-        cells = np.zeros(np.subtract(high, low), np.int8)
-        cells[tuple(axis - start for axis, start in zip(cubes, low, strict=True))] = count
+        low, high = cubes.min(axis=1), cubes.max(axis=1) + 1
+        cells = np.zeros(high - low, np.int8)
+        cells[tuple(cubes - low[:, None])] = count
         self.counts[tuple(map(slice, low, high))] += cells
 
     def is_free(self, points: np.ndarray) -> bool:
