@@ -14,6 +14,7 @@ from spherefunc_bullet.bullet.engine import own_descriptors
 
 pytest.importorskip("pybullet", reason="PyBullet is not installed")
 
+THREADS = 4
 SCRIPT = """
 import ctypes, json, os, sys, threading
 from concurrent.futures import ThreadPoolExecutor
@@ -22,7 +23,7 @@ sys.path.insert(0, {tests!r})
 import clouds
 import spherefunc_bullet as sf
 
-THREADS = 8
+THREADS = {threads}
 libc, over = ctypes.CDLL(None), threading.Event()
 printed = {{1: 0, 2: 0}}
 
@@ -60,29 +61,29 @@ with open({report!r}, "w") as file:
 
 
 @pytest.fixture(scope="module")
-def eight_threads(tmp_path_factory):
-    """Return what eight threads found that asked the engine at once, and what was read of stdout and stderr."""
+def several_threads(tmp_path_factory):
+    """Return what threads found that asked the engine at once, and what was read of stdout and stderr."""
     report = tmp_path_factory.mktemp("threads") / "report.json"
-    code = SCRIPT.format(tests=str(TESTS / "support"), report=str(report))
+    code = SCRIPT.format(tests=str(TESTS / "support"), report=str(report), threads=THREADS)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(report.read_text()), done.stdout.splitlines(), done.stderr.splitlines()
 
 
-def test_nothing_that_others_print_is_lost(eight_threads):
-    found, out, error = eight_threads
+def test_nothing_that_others_print_is_lost(several_threads):
+    found, out, error = several_threads
     assert out.count("a line") == found["lines"]["1"] > 0
     assert error.count("a line") == found["lines"]["2"] > 0
-    assert sum(line.startswith("from C") for line in out) == 32
+    assert sum(line.startswith("from C") for line in out) == 4 * THREADS
 
 
-def test_stdout_and_stderr_stay_what_they_were(eight_threads):
-    found, _, _ = eight_threads
+def test_stdout_and_stderr_stay_what_they_were(several_threads):
+    found, _, _ = several_threads
     assert found["same"]
 
 
-def test_the_engine_itself_says_nothing(eight_threads):
-    _, out, error = eight_threads
+def test_the_engine_itself_says_nothing(several_threads):
+    _, out, error = several_threads
     assert {line for line in out if not line.startswith("from C")} == {"a line"}
     try:
         ThreadPoolExecutor(1).submit(own_descriptors).result()
@@ -91,6 +92,6 @@ def test_the_engine_itself_says_nothing(eight_threads):
     assert set(error) == {"a line"}
 
 
-def test_answers_are_those_of_one_thread(eight_threads):
-    found, _, _ = eight_threads
-    assert found["at_once"] == found["one_by_one"] and len(found["at_once"]) == 8
+def test_answers_are_those_of_one_thread(several_threads):
+    found, _, _ = several_threads
+    assert found["at_once"] == found["one_by_one"] and len(found["at_once"]) == THREADS
