@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -46,18 +47,23 @@ def test_a_backend_that_is_none_is_answered_with_those_there_are(call):
     assert "backend 'Bullet': expected one of bullet, fast" in refused(asked)
 
 
+@cache
+def shipped() -> dict:
+    """Return the arrays of the model that ships."""
+    with np.load(shipped_model()) as file:
+        return dict(file)
+
+
 def asking(path, **about):
     """Write the model that ships, which asks for something else."""
-    with np.load(shipped_model()) as file:
-        arrays = dict(file)
-    arrays["about"] = np.array(json.dumps(json.loads(str(arrays["about"])) | about))
-    np.savez(path, **arrays)
+    about = json.dumps(json.loads(str(shipped()["about"])) | about)
+    np.savez(path, **shipped() | {"about": np.array(about)})
     return path
 
 
 @pytest.mark.parametrize("read", [sf.load_model, lambda path: inference_model(path, None)])
 def test_a_model_that_asks_for_too_much_is_refused(tmp_path, read):
-    about = json.loads(str(np.load(shipped_model())["about"]))
+    about = json.loads(str(shipped()["about"]))
     many = about["method"] | {"drops": 10**9}
     changes = [{"radii": [1e-7, 0.01, 0.03]}, {"radii": [0.005, 0.01, float("nan")]}, {"radii": [0.01] * 1000}]
     changes += [{"radii": []}, {"method": many}, {"early": about["early"] | {"method": many}}]
