@@ -70,7 +70,7 @@ class ObjectSurface:
     @cached_property
     def centres(self) -> np.ndarray:
         """The centre of each piece (P, 3), or the points."""
-        return self.points if self.is_cloud else self.pieces.mean(axis=1)
+        return self.points if self.is_cloud else sum(self.pieces[:, k] for k in range(3)) / 3
 
     def without(self, gone: np.ndarray) -> ObjectSurface:
         """Return the surface without some of its pieces, (P,) bool; triangles of which none goes stay whole."""
@@ -120,14 +120,20 @@ def halved(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarra
     """
     done, owners, left, whose = [], [], triangles, np.arange(len(triangles))
     while len(left):
-        edges = np.linalg.norm(left - np.roll(left, -1, axis=1), axis=2)
-        small = edges.max(axis=1) <= longest
+        edges = np.stack([distances(left[:, k], left[:, (k + 1) % 3]) for k in range(3)])
+        small = edges.max(axis=0) <= longest
         done.append(left[small])
         owners.append(whose[small])
-        left, whose, first = left[~small], whose[~small], edges[~small].argmax(axis=1)
-        row = np.arange(len(left))
-        a, b, c = (left[row, (first + step) % 3] for step in range(3))
+        large = np.flatnonzero(~small)
+        corners, whose, first = left.reshape(-1, 3), whose[large], edges[:, large].argmax(axis=0)
+        a, b, c = (corners[3 * large + (first + step) % 3] for step in range(3))
         middle = (a + b) / 2
         left = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
         whose = np.concatenate([whose, whose])
     return (np.concatenate(done), np.concatenate(owners)) if done else (triangles, np.arange(len(triangles)))
+
+
+def distances(places: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return how far places (N, 3) are from others, each from its own: by columns, which is faster than by rows."""
+    squares = (places - others) ** 2
+    return np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2])
