@@ -114,7 +114,7 @@ def write_cup(folder: Path):
     (folder / "manifest.csv").write_text("file,label,group\ncup.ply,cup,a\n")
 
 
-def write_data(folder: Path, objects: list, each: int = 3):
+def write_data(folder: Path, objects: list, each: int = 2):
     """Write a small data set: so many small objects of each label."""
     folder.mkdir()
     rows = ["file,label,group"]
