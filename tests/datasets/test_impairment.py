@@ -291,7 +291,9 @@ def test_a_cloud_has_what_points_can_show():
     assert not {"lid", "filled", "triangulation"} & kinds
 
 
-@pytest.mark.parametrize("category", ["mug", "dining_chair", "coffee_table"])
+@pytest.mark.parametrize(
+    "category", ["coffee_table", *(pytest.param(name, marks=pytest.mark.slow) for name in ("mug", "dining_chair"))]
+)
 def test_every_kind_is_made_or_left_out_and_repeats_bit_for_bit(category):
     """Whatever was made of the object before: the second time they are made in the opposite order."""
     item = next(item for item in household() if item.category == category)
@@ -474,7 +476,8 @@ def test_seats_and_tops_are_where_the_catalogue_says_things_come_to_rest():
         furniture = [row for row in csv.DictReader(file) if row["label"] in ("sittable", "table")]
     stated = [(row, re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])) for row in furniture]
     for row, known in [(row, known) for row, known in stated if known][::2]:
-        level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
+        cloud = load_cloud(MODELS / row["file"], max_gap=0.02)  # of which the mesh alone is looked at
+        level = Specimen(cloud, row["label"]).level
         errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
     near = sum(error < 0.05 for error in errors)
     print(f"{near} of {len(errors)} within 5 cm, the median within {1000 * np.median(errors):.0f} mm")
