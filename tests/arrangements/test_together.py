@@ -175,6 +175,7 @@ def test_a_box_takes_its_footprint_from_the_table(simulator):
     assert 0.92 * top < level.alone < 1.01 * top
 
 
+@pytest.mark.slow
 def test_points_alone_do_as_well_as_meshes():
     placed = [replace(item, own=Cloud(item.own.points, item.name)) for item in box_on_table()]
     assert require_carried(placed[1], placed[:1]).carriers(["table"]) == ("table",)
@@ -188,6 +189,7 @@ def test_what_stands_on_top_keeps_its_own_level(simulator):
     assert level.left == pytest.approx(1, abs=0.06)  # three standard deviations of 500 drops
 
 
+@pytest.mark.slow
 def test_a_chair_under_a_table_is_no_seat_until_it_is_pulled_out():
     chair, top = load_cloud(household("dining_chair_01")), table()
     settings = TogetherSettings(drops=300)
@@ -203,6 +205,7 @@ def test_a_chair_under_a_table_is_no_seat_until_it_is_pulled_out():
     assert table_.together == table_.alone  # nothing is near the table: the same bits
 
 
+@pytest.mark.slow
 def test_a_mug_on_a_table_stays_a_mug_and_the_table_a_table():
     found = sf.together(
         [(household("dining_table_02"), Placement()), (household("mug_01"), Placement(x=0.1, y=0.2))],
@@ -260,9 +263,12 @@ def run(monkeypatch, capsys):
     return call
 
 
-def test_the_command_prints_json(simulator, run):
+@pytest.mark.parametrize("backend", ["fast", pytest.param("bullet", marks=pytest.mark.slow)])
+def test_the_command_prints_json(backend, run):
+    if backend == "bullet":
+        pytest.importorskip("pybullet", reason="PyBullet is not installed")
     table_file, mug = household("cafe_table_01"), household("mug_02")
-    code, out, _ = run("together", table_file, f"{mug}@0.1,0", "--drops", 100, "--backend", simulator.name, "--json")
+    code, out, _ = run("together", table_file, f"{mug}@0.1,0", "--drops", 100, "--backend", backend, "--json")
     found = json.loads(out)
     assert code == 0 and found["notes"] == []
     assert [one["file"] for one in found["objects"]] == [str(table_file), str(mug)]
@@ -288,6 +294,7 @@ def test_the_command_says_what_is_wrong_in_one_line(places, said, run):
     assert code == 2 and len(lines) == 1 and said in lines[0]
 
 
+@pytest.mark.slow
 def test_the_command_draws_and_says_that_things_interpenetrate(run, tmp_path):
     file, picture, page = household("cafe_table_01"), tmp_path / "both.png", tmp_path / "both.html"
     drawn = ("--picture", picture, "--page", page)

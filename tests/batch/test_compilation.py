@@ -109,6 +109,7 @@ def test_only_what_decides_it_makes_code_anew_and_older_code_is_removed(kernels,
         assert len(after) == 1 and (after == before) == found
 
 
+@pytest.mark.slow
 def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path):
     kernels()
     assert kernels(NUMBA_CACHE_DIR=str(tmp_path / "elsewhere")) == (5, False)
@@ -140,6 +141,7 @@ def test_kept_kernels_are_loaded_without_the_compiler():
     assert said[1].stdout.split() == ["False"]
 
 
+@pytest.mark.slow
 def test_what_was_not_kept_is_compiled(kernels):
     """For numbers of another kind, though code for the first kind was loaded."""
     kernels()

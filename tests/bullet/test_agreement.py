@@ -51,7 +51,10 @@ OBJECTS = {
     "chair": (clouds.chair, of_chair, 0.03),
     "stair": (clouds.stair, of_stair, 0.02),
 }
-on_each = pytest.mark.parametrize("name", OBJECTS)
+QUICK = ("plate", "chair")
+on_each = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK)) for name in OBJECTS]
+)
 
 
 @cache

@@ -559,6 +559,7 @@ def test_an_object_that_came_as_a_mesh_is_met_as_one():
     assert BulletSimulator(shape="voxel").kind_for(meshed, 0.01) == "voxel"
 
 
+@pytest.mark.slow
 def test_a_mesh_of_minute_faces_is_met_as_voxels_by_large_spheres():
     """What a scanner makes has faces of a millimetre: a sphere of 3 cm would be held against thousands at each step."""
     plate = subdivided(box(0.2, 0.2, 0.02), 7)

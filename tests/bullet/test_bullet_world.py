@@ -331,6 +331,7 @@ def resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's /proc")
 def test_memory_stays_over_many_drops():
     sizes = {}
@@ -367,6 +368,7 @@ def in_new_process(then: str) -> subprocess.CompletedProcess:
     return subprocess.CompletedProcess(process.args, process.returncode, out)
 
 
+@pytest.mark.slow
 def test_same_bits_after_other_objects_and_in_other_processes():
     alone = dropped(seed=3).centers.tobytes()
     dropped(clouds.bin_(0.08, 0.08, 0.04), 0.01)

@@ -204,6 +204,7 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
         assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
 
 
+@pytest.mark.slow
 def test_several_backends_are_asked_at_once(tmp_path):
     path = tmp_path / "mug.npz"
     np.savez(path, points=clouds.mug().points)

@@ -452,6 +452,7 @@ def test_evaluate_prints_the_contract(call, data):
             assert {"f_measure", "f_measure_fair"} <= set(figures)
 
 
+@pytest.mark.slow
 def test_evaluate_says_who_was_taken_for_what(call, data):
     arguments = ("evaluate", data, "--trials", 2, "--train-sizes", "half", "--radii", "2cm", "--jobs", 1)
     (result,) = json.loads(call(*arguments, "--json").stdout)["results"]
@@ -465,6 +466,7 @@ def test_evaluate_says_who_was_taken_for_what(call, data):
     assert "radii chosen: cup 2 cm 2x" in printed
 
 
+@pytest.mark.slow
 def test_the_papers_method_is_evaluated_to_the_end(call, data, monkeypatch):
     monkeypatch.setattr("spherefunc_bullet.simulator.SPHERE_LIMIT", 3)
 
@@ -476,6 +478,7 @@ def test_the_papers_method_is_evaluated_to_the_end(call, data, monkeypatch):
     assert most("--method", "cubes") == 3 < most("--method", "paper")
 
 
+@pytest.mark.slow
 def test_a_batch_to_the_end_is_what_the_papers_method_reads(call, data, tmp_path):
     quick = ("--radii", "2cm", "--jobs", 1)
     assert call("batch", data, "--run", tmp_path / "run", "--method", "paper", *quick).returncode == 0
@@ -500,6 +503,7 @@ def test_evaluate_on_other_data(call, subset, data, tmp_path):
     assert found == {"cup": 1, "table": 1, "sittable": 0}
 
 
+@pytest.mark.slow
 def test_evaluate_learns_several_data_sets_and_tests_on_another(call, subset, data):
     done = call("evaluate", subset, data, "--test", data, "--radii", "1cm,2cm", "--jobs", 1, "--json")
     (result,) = json.loads(done.stdout)["results"]

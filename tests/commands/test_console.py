@@ -68,6 +68,7 @@ def test_progress_on_a_terminal_takes_no_orders_from_names(monkeypatch):
     assert "\x1b]0" not in terminal.getvalue()
 
 
+@pytest.mark.slow
 def test_a_file_is_classified_whatever_it_is_called(tmp_path):
     names = [os.fsencode(f"{name.replace('/', '')}.ply") for name in ESCAPES[:-1]] + [b"\xff\xfe.ply"]
     for name in names:
@@ -78,6 +79,7 @@ def test_a_file_is_classified_whatever_it_is_called(tmp_path):
         assert b"Traceback" not in done.stderr and done.stdout.count(b".ply") >= len(names)
 
 
+@pytest.mark.slow
 def test_names_of_training_objects_are_text(tmp_path):
     for number, name in enumerate(("\x1b[31mcup", "[/foo]")):
         (tmp_path / "cup").mkdir(exist_ok=True)

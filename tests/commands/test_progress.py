@@ -62,6 +62,7 @@ def test_a_pipe_is_told_nothing(monkeypatch):
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 def test_a_comparison_that_is_stopped_says_how_it_goes_on(tmp_path):
     """Stopped while spheres are dropped: what has been dropped stays in the cache."""

@@ -56,6 +56,7 @@ def across_sources(*arguments: object):
     return measured(main, *arguments, "--jobs", "1")
 
 
+@pytest.mark.slow
 def test_what_a_model_has_kept_says_what_simulating_says(data, model):
     simulated, kept = across_sources(data), across_sources(data, "--model", model)
     assert simulated.returncode == kept.returncode == 0, simulated.stderr + kept.stderr
@@ -74,6 +75,7 @@ def test_a_model_of_other_objects_is_refused(data, model, tmp_path):
     assert refused.returncode == 2 and f"that has learnt the {len(manifest) - 1} objects" in refused.stderr
 
 
+@pytest.mark.slow
 def test_an_exam_says_which_answers_of_a_ready_model_are_wrong(data, model, tmp_path):
     manifest = (data / "manifest.csv").read_text()
     for path in data.glob("*.ply"):

@@ -141,6 +141,7 @@ def test_baselines_and_always_no_stand_beside(data, capsys):
     assert no["leave_one_out"]["cup"]["accuracy"] == round(8 / 12, 4)  # a third of the objects are cups
 
 
+@pytest.mark.slow
 def test_two_shapes_are_compared_as_two(data, layers, capsys):
     layers()
     found = compared(capsys, data, backends="layer", shapes="voxel,compound", radii=["2cm,3cm"], trials=3)
@@ -154,6 +155,7 @@ def test_two_shapes_are_compared_as_two(data, layers, capsys):
     assert found["answer"].startswith("Beside layer voxel, ") and "4.0 times the time" in found["answer"]
 
 
+@pytest.mark.slow
 def test_object_that_one_simulator_fails_at_is_left_out_of_all(data, layers, tmp_path, capsys):
     layers(compound="mug_3")
     options = {"backends": "layer", "shapes": "voxel,compound", "trials": 2, "methods": "cubes"}
@@ -171,6 +173,7 @@ def test_object_that_one_simulator_fails_at_is_left_out_of_all(data, layers, tmp
     assert "mug_3.npz" in (tmp_path / "out" / "report.md").read_text()
 
 
+@pytest.mark.slow
 def test_report_repeats_exactly_from_its_experiment(data, layers, tmp_path, capsys):
     layers()
     first, second = tmp_path / "first", tmp_path / "second"
@@ -334,6 +337,7 @@ def test_copies_that_a_shape_cannot_take_are_left_out_of_all(few_trees, tmp_path
     assert "left out" in said.err
 
 
+@pytest.mark.slow
 def test_second_seed_is_asked_of_who_has_not_learnt_the_object(few_trees, data, layers, capsys):
     layers()
     options = {"backends": "layer", "shapes": "voxel,compound", "radii": ["3cm"], "trials": 1, "copied": 0}

@@ -103,6 +103,7 @@ def test_every_figure_is_written_in_every_form(drawn):
         assert path.stat().st_size > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", sorted(STEMS))
 def test_figures_are_not_blank_and_as_wide_as_a_column(drawn, stem):
     image = Image.open(drawn[0] / f"{stem}.png")
@@ -115,6 +116,7 @@ def test_figures_are_not_blank_and_as_wide_as_a_column(drawn, stem):
     assert "<text" in words  # searchable, and a journal may set it in its own face
 
 
+@pytest.mark.slow
 def test_a_broken_file_is_said_and_left_out(drawn):
     out, done = drawn
     assert done.returncode == 2 and "broken.ply" in done.stderr
@@ -122,12 +124,14 @@ def test_a_broken_file_is_said_and_left_out(drawn):
     assert about["objects"] == 12 and about["files_left_out"] == 1 and about["seed"] == 5
 
 
+@pytest.mark.slow
 def test_a_size_that_does_not_fit_is_said_and_replaced(drawn):
     out, done = drawn
     assert "45 training examples are more than half of the 12 objects; drawn with 6 instead" in done.stderr
     assert {row["train_size"] for row in rows_of(out, "fig4_confusion")} == {"4", "6"}
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_evaluate(call, data, drawn, monkeypatch):
     monkeypatch.setattr(function_classifier, "TREES", 8)  # forests stand beside, and are not looked at
     protocol = ("--train-sizes", "4,6", "--trials", 3, "--seed", 5, "--leave-one-out")
@@ -154,6 +158,7 @@ def check_membership(rows: list[dict], expected: dict):
         assert np.mean(right) == pytest.approx(figures["accuracy"], abs=1e-4)  # rounded there
 
 
+@pytest.mark.slow
 def test_a_function_that_is_not_the_papers_has_no_number_of_it(drawn):
     assert {row["paper_f_measure"] for row in rows_of(drawn[0], "fig3b_functions")} == {""}
 

@@ -69,6 +69,7 @@ def small() -> FunctionClassifier:
     return FunctionClassifier(radii=RADII, estimator=ExtraTreesClassifier(20, random_state=0))
 
 
+@pytest.mark.slow
 def test_every_object_is_tested_once_and_told(simulated, splits):
     evaluation = profiled(simulated.settled, labels_of(simulated), small()).evaluation(splits)
     assert sorted(evaluation.left_out[ACROSS].rows.tolist()) == list(range(18))

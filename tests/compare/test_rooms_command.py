@@ -63,6 +63,7 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
     assert one == two and one[0]["rooms"] == 2
 
 
+@pytest.mark.slow
 def test_what_is_learnt_of_partial_views(tmp_path):
     dataset = open_dataset(write_objects(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")

@@ -167,6 +167,7 @@ def test_data_without_furniture_have_nothing_that_stands():
     assert "the data have nothing to ask about" in task_reports(found)["standing"]["says"]
 
 
+@pytest.mark.slow
 def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)

@@ -70,6 +70,7 @@ def test_build_and_describe(run, tmp_path):
     assert 0.6 < described["height"]["table"]["median"] < 0.8
 
 
+@pytest.mark.slow
 def test_seed_makes_other_objects(run, tmp_path):
     for seed in (0, 1):
         run("build", "household", tmp_path / str(seed), "--seed", seed)

@@ -17,7 +17,9 @@ SETS = sorted((Path(__file__).parents[2] / "scenes" / "drawn").glob("*.zip"))
 EVERY = 15  # of the objects are read
 
 
-@pytest.mark.parametrize("packed", SETS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "packed", [pytest.param(one, id=one.stem, marks=[pytest.mark.slow] * (one != SETS[0])) for one in SETS]
+)
 def test_a_set_has_objects_of_every_function_that_stand(packed, tmp_path):
     zipfile.ZipFile(packed).extractall(tmp_path)
     objects = open_dataset(tmp_path).objects

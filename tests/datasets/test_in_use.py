@@ -124,6 +124,7 @@ def armchair(heading_deg: float) -> trimesh.Trimesh:
     return trimesh.util.concatenate(parts).apply_transform(turn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading_deg", [0, 90, 180, 270])
 def test_a_coat_hangs_over_the_back_and_leaves_the_seat_free(heading_deg):
     mesh = armchair(heading_deg)
@@ -139,6 +140,7 @@ def test_a_coat_hangs_over_the_back_and_leaves_the_seat_free(heading_deg):
         assert np.ptp(cloth[:, 2]) > 0.3
 
 
+@pytest.mark.slow
 def test_every_kind_of_use_is_made(specimens):
     for impairment in (*IN_USE, *AS_SENSED):
         for label in set(impairment.functions) & specimens.keys():

@@ -114,6 +114,7 @@ def test_spheres_on_a_table_rest_at_its_height():
         assert np.mean(abs(resting_heights(file) - height) < 0.015) > 0.9
 
 
+@pytest.mark.slow
 def test_most_spheres_on_chairs_rest_on_the_seat():
     """Backs and arms hold spheres too, so it is the commonest height that must be the seat's."""
     heights = given_heights("sittable", "chair")

@@ -108,6 +108,7 @@ def test_spheres_overlap_nothing_and_none_hangs_in_the_air():
     assert held.all()
 
 
+@pytest.mark.slow
 def test_the_pile_is_the_one_that_the_papers_order_gives():
     """Within three times what seeds differ by: how many settle, how high, how many on the object."""
     answer = []

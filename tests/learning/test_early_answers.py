@@ -53,6 +53,7 @@ def test_what_always_holds_is_answered_early():
     assert share_that_stopped(learnt(wrong=0.0)) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [0.2, 0.3])
 def test_what_mostly_holds_is_not_answered_early(wrong):
     """One answer in twenty may be wrong; where one label in five is, no answer is so sure."""
@@ -83,6 +84,7 @@ def spread(stays: int, apart: float) -> Drops:
     return drops_from_rows(RADIUS, rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("radius", "rise"), [(0.22, 0.04), (0.25, 0.04), (0.27, 0.04), (0.3, 0.06)])
 def test_no_heading_turns_a_sure_answer_about_a_domed_stool(radius, rise):
     """Some 2 of the first 40 spheres stay on it: by lot they seemed to say surely that it was none."""

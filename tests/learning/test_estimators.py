@@ -132,6 +132,7 @@ def test_scikit_learns_own_measures_are_finite(objects):
     assert np.isfinite(scores).all() and scores.mean() > 0.5
 
 
+@pytest.mark.slow
 def test_grid_search_chooses_and_clones(objects):
     y = MultiLabelBinarizer().fit_transform(SETS)
     grid = {"drops": [20, 40], "radii": [(0.01,), (0.005, 0.01)]}

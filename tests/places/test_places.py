@@ -261,6 +261,7 @@ def test_a_proven_vessel_keeps_what_is_poured():
     assert proof.holds and proof.backend == "bullet"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_no_seed_spills_what_is_poured_into_a_deep_vessel(seed):
     """Spheres that overlapped where they left the spout threw each other out of a stein of 0.8 litres."""

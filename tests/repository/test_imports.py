@@ -60,12 +60,18 @@ def test_a_command_is_read_alone():
 @pytest.mark.parametrize(
     "asking",
     [
-        "import sys\nfrom spherefunc_bullet.commands.command_line import main\n"
-        "sys.argv = ['spherefunc', 'classify', '--explain', {path!r}]\n"
-        "try:\n    main()\nexcept SystemExit as left:\n    assert not left.code",
-        "import spherefunc_bullet as sf\nassert sf.classify({path!r}, cache=True).functions == {{'cup'}}",
+        pytest.param(
+            "import sys\nfrom spherefunc_bullet.commands.command_line import main\n"
+            "sys.argv = ['spherefunc', 'classify', '--explain', {path!r}]\n"
+            "try:\n    main()\nexcept SystemExit as left:\n    assert not left.code",
+            id="command",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "import spherefunc_bullet as sf\nassert sf.classify({path!r}, cache=True).functions == {{'cup'}}",
+            id="call",
+        ),
     ],
-    ids=["command", "call"],
 )
 def test_asking_loads_nothing_that_only_learning_needs(asking, tmp_path, monkeypatch):
     """The first time kernels are loaded, and numba asks SciPy for its linear algebra; what is kept needs neither."""

@@ -28,12 +28,14 @@ def site(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_every_public_name_has_its_entry(site):
     page = (site / "api.html").read_text()
     for name in set(dir(spherefunc_bullet)) - {"__version__"}:
         assert re.search(rf'id="[.\w]+\.{name}"', page), name
 
 
+@pytest.mark.slow
 def test_pages_fetch_nothing_from_the_network(site):
     for page in site.rglob("*.html"):
         fetched = re.findall(r'<(?:script|img|iframe)[^>]*src="(\w+:)?//', page.read_text())

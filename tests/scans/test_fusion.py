@@ -104,6 +104,7 @@ def test_objects_keep_their_ids_as_the_map_grows(images):
     assert after[table.id].seen == 3 and after[table.id].moved is None
 
 
+@pytest.mark.slow
 def test_what_moved_keeps_its_id_and_what_is_taken_away_is_gone():
     fusion = fused(images_of(TABLE, shift(CRATE, x=1.3), noise=0.0))
     crate = min(fusion.objects(), key=lambda item: np.linalg.norm(item.box.center - [1.3, 0, 0.2]))
@@ -153,6 +154,7 @@ def test_a_pose_that_is_none_is_refused(images, pose):
     assert not fusion.views
 
 
+@pytest.mark.slow
 def test_a_bad_image_costs_only_itself(folder):
     np.savetxt(folder / "frame-000003.pose.txt", np.full((4, 4), np.nan))
     good = (folder / "frame-000000.depth.png").read_bytes()

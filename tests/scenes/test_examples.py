@@ -35,6 +35,7 @@ def test_examples_stand_on_their_support(examples):
     assert min(tops) == pytest.approx(0.72, abs=0.03)  # the table's pool; its cluster has the mug on it
 
 
+@pytest.mark.slow
 def test_what_is_proposed_of_no_object_is_an_example_of_none():
     truth = room()[1]
     assert {number for number, _ in sure(np.where(truth >= 0, -3, truth))} == {None}
@@ -45,6 +46,7 @@ def test_the_best_object_is_that_of_most_overlap():
     assert best_object(np.array([-1, -1]), np.array([], int)) == (-1, 0.0)
 
 
+@pytest.mark.slow
 def test_close_ups_are_near_single_views_and_the_same_again():
     (virtual,) = furnish(open_dataset("household"), 1, seed=3, failed=lambda error: None)
     views, again = (list(close_ups(virtual, 2, 1.0, seed=5)) for _ in range(2))

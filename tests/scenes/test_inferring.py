@@ -65,6 +65,7 @@ def test_a_box_that_stands_on_the_table_near_its_edge_is_no_back():
     assert not inferred_seats(points, np.zeros(len(points), int), [target(0, points, "table")])
 
 
+@pytest.mark.slow
 def test_what_is_inferred_is_in_the_answer_the_picture_and_the_page():
     """A whole scan: a table on a floor, and a back behind it."""
     floor = sheet([-1.5, -1.5, 0.0], [3, 0, 0], [0, 3, 0])[::4]

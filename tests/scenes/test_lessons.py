@@ -78,6 +78,7 @@ def test_useless_things_need_no_surface(overlap):
     assert not one.functions and not one.unlabelled
 
 
+@pytest.mark.slow
 def test_rooms_teach_what_stands_in_them(kept):
     examples = [one for room in kept[1] for one in label_by_overlap(room)]
     assert {"table", "sittable"} <= {name for one in examples for name in one.functions}
@@ -85,6 +86,7 @@ def test_rooms_teach_what_stands_in_them(kept):
     assert all(0 <= one.visible <= 1 and 0 <= one.overlap <= 1 for one in examples)
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     folder, (first, _) = kept
     for one, other in zip(cached_examples(rooms[0], SETUP, model, 0, None), first, strict=True):
@@ -97,6 +99,7 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     assert len(list(folder.glob("*.joblib"))) == 2
 
 
+@pytest.mark.slow
 def test_another_seed_or_setup_is_another_room(rooms, model, kept, monkeypatch):
     folder, _ = kept
     monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_examples", lambda *how: [])
@@ -125,6 +128,7 @@ def test_rooms_are_shared_out_to_all_kinds(data):
     assert len({room_set.seed for room_set in sets}) == len(sets)
 
 
+@pytest.mark.slow
 def test_a_thing_never_tells_of_itself(kept, model):
     examples = [one for room in kept[1] for one in label_by_overlap(room)]
     learnt = learn(examples, model)

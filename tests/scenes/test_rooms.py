@@ -215,6 +215,7 @@ def test_the_mug_stands_on_the_table(recognised):
     assert mug.support == pytest.approx(0.72, abs=0.015)
 
 
+@pytest.mark.slow
 def test_turning_the_room_turns_the_boxes(recognised):
     points, _ = room()
     seen = recognise(scan_from_points(in_view(as_camera_sees(points))), load_model(shipped_model("fast", scans=True)))
@@ -224,6 +225,7 @@ def test_turning_the_room_turns_the_boxes(recognised):
     assert np.allclose(largest, expected, atol=0.03)
 
 
+@pytest.mark.slow
 def test_bullet_recognises_too():
     pytest.importorskip("pybullet")
     points, truth = room(walls=False)

@@ -70,6 +70,7 @@ def test_its_hull_is_solid(subject):
     assert row.filled and "solid for the engine" in row.verdict
 
 
+@pytest.mark.slow
 def test_a_cup_with_a_slit_in_its_floor_runs_out_and_is_not_solid(subject):
     """Its floor is two halves, 6 mm apart, through which the spheres of the test do not go."""
     bottom, *sides = staves()
@@ -140,6 +141,7 @@ def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
     assert {name.split()[0] for name in candidates.candidates(subject.cloud, 0.005)} >= {"vhacd"}  # it is installed
 
 
+@pytest.mark.slow
 def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject, monkeypatch):
     """Of shapes that were found by a search; here by one that finds staves at once."""
     from dataclasses import replace
@@ -173,6 +175,7 @@ def test_a_closed_box_holds_nothing():
     assert Subject(cloud_from_mesh(box.vertices, box.faces, "box")).capacity == 0
 
 
+@pytest.mark.slow
 def test_a_lowered_top_is_lost():
     top = trimesh.creation.box([1.0, 0.7, 0.03])
     top.apply_translation([0, 0, 0.7])
@@ -268,6 +271,7 @@ def test_the_command_prints_its_contract(tmp_path):
     assert answer["functions"]["cup"]["member"] and row["keeps"] is False
 
 
+@pytest.mark.slow
 def test_free_space_is_not_bridged_by_thin_pieces(subject):
     from spherefunc_bullet.shapes.exposure import Fitting
 
@@ -312,6 +316,7 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     assert second.vertices[:, 2].max() == pytest.approx(0.25)
 
 
+@pytest.mark.slow
 def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     from typer.testing import CliRunner
 

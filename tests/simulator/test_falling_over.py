@@ -134,6 +134,7 @@ def seat_beside(height: float) -> Specimen:
     return Specimen(cloud_of(trimesh.util.concatenate([slab_on_posts(0.5, 0.5, 0.45), beside])), "sittable")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("height", "stands"), [(0.3, True), (1.2, False)])
 def test_new_legs_on_which_a_seat_would_fall_are_no_harmless_change(height, stands):
     """They are below the seat alone, and what is left of a high box beside it is heavier than the seat."""

@@ -115,6 +115,7 @@ def test_statics_is_that_of_trimesh(seed):
         assert shares[facet] == pytest.approx(share, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_drops_are_near_statics_on_bodies_of_any_shape(seed):
     if "bullet" not in ABLE:
@@ -260,6 +261,7 @@ def test_command_goes_on_after_a_file_that_cannot_be_used(tmp_path, capsys):
     assert len(lines) == 1 and "huge.ply" in lines[0]
 
 
+@pytest.mark.slow
 def test_a_crash_costs_one_object_and_not_the_run(tmp_path):
     from spherefunc_bullet.commands.poses import posed_file
     from spherefunc_bullet.learning.model_file import load_model, shipped_model

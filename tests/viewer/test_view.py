@@ -306,6 +306,7 @@ def test_a_browser_without_webgl_shows_tables_and_stills(tmp_path):
     assert "WebGL 2 is off" in shown and shown.count("data:image/png") == 2 and "change without it" in shown
 
 
+@pytest.mark.slow
 @needs_browser
 def test_a_browser_that_draws_has_no_still_beside_it(tmp_path):
     (tmp_path / "page.html").write_text(viewed(tmp_path, "--explain"))
