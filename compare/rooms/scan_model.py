@@ -28,7 +28,7 @@ from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
 from .joined_models import join
-from .lessons import (
+from .training_examples import (
     SCAN_SETUPS,
     STEREO_SETUPS,
     ScanSetup,

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import joblib
 import numpy as np
@@ -83,14 +82,6 @@ class TrainingExample:
     visible: float = 1.0  # share of the places where spheres rest on the object that the scan shows
     record: ObjectRecord
     surroundings: np.ndarray  # (S,) quantities of its surroundings
-
-    def __setstate__(self, state: dict[str, Any]):
-        """Restore an example from a file, which may be of a version with other names of fields."""
-        vars(self).update({OLD_FIELDS.get(name, name): value for name, value in state.items()})
-
-
-OLD_FIELDS = {"unclear": "unlabelled", "shown": "visible", "beside": "surroundings"}
-Lesson = TrainingExample  # its name in files of earlier versions
 
 
 def scans_of(room: VirtualRoom, setup: ScanSetup, seed: int) -> Iterator[VirtualScan]:
@@ -185,7 +176,7 @@ def balanced_rows(members: np.ndarray) -> np.ndarray:
     return np.sort(np.append(np.flatnonzero(members), others[np.arange(0, len(others), step).astype(int)]))
 
 
-FORMAT = 6  # of the files; with another number rooms are scanned again
+FORMAT = 7  # of the files; with another number rooms are scanned again
 
 
 def cached_examples(

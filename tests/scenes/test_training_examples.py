@@ -10,14 +10,14 @@ import pytest
 from objects_to_scan import write_objects
 from sklearn.base import clone
 
-from spherefunc_bullet.compare.rooms.lessons import (
+from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets, learn, room_sets
+from spherefunc_bullet.compare.rooms.training_examples import (
     ScanSetup,
     TrainingExample,
     balanced_rows,
     cached_examples,
     label_by_overlap,
 )
-from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets, learn, room_sets
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -102,7 +102,7 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
 @pytest.mark.slow
 def test_another_seed_or_setup_is_another_room(rooms, model, kept, monkeypatch):
     folder, _ = kept
-    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_examples", lambda *how: [])
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.training_examples.room_examples", lambda *how: [])
     assert cached_examples(rooms[0], SETUP, model, 1, folder) == []
     assert cached_examples(rooms[0], replace(SETUP, views=2), model, 0, folder) == []
     assert cached_examples(rooms[0], SETUP, model, 0, folder)
@@ -146,7 +146,7 @@ def test_useful_examples_are_kept_and_as_many_others():
 
 
 def test_a_damaged_file_is_named(rooms, model, tmp_path, monkeypatch):
-    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_examples", lambda *how: [])
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.training_examples.room_examples", lambda *how: [])
     cached_examples(rooms[0], SETUP, model, 0, tmp_path)
     [file] = tmp_path.iterdir()
     file.write_bytes(b"nothing")
