@@ -111,7 +111,7 @@ def test_the_engine_lets_fall_what_has_its_weight_beyond_its_foot():
         body = body_of(cloud, Material())
         beyond = np.array([-0.03, 0.002, 0.005, 0.014])
         heavy = [body.loaded(20.0, np.array([(foot + one) * (20 + body.mass) / 20, 0, top])) for one in beyond]
-        stances = [stand.stance for stand in bodies.let_go(heavy, StandSettings())]
+        stances = [stand.stance for stand in bodies.release(heavy, StandSettings())]
         assert [stance is Stance.STANDS for stance in stances] == (beyond < 0).tolist()
 
 
