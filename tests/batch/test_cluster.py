@@ -128,6 +128,7 @@ def test_dask_gives_the_same_bit_for_bit_with_workers_that_come_and_go(data, exp
     os.killpg(first.pid, signal.SIGKILL)  # in the midst of an object
     cluster.add_worker()
     stdout, stderr = batch.communicate()
+    assert stdout, stderr
     about = json.loads(stdout)
     assert (about["done"], about["failed"]) == (OBJECTS - 1, 1) and len(stderr.splitlines()) == 1, stderr
     assert (rows(run), arrays(run)) == expected and scraps(run) == []

@@ -130,7 +130,7 @@ from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 
 cloud = cloud_from_mesh([[0, 0, 0.1], [0.2, 0, 0.1], [0, 0.2, 0.1]], [[0, 1, 2]])
-settle(cloud, "fast", [0.01, 0.03], length=RunLimit(drops=40))
+settle(cloud, "fast", [0.01, 0.03], run_limit=RunLimit(drops=40))
 print("numba.np.arrayobj" in sys.modules)
 """
 

@@ -28,10 +28,10 @@ ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
 class Sure(FunctionClassifier):
     """Says the same of everything."""
 
-    functions_, radius_ = ("table",), {"table": 0.03}
+    functions_, radius_ = ("sittable",), {"sittable": 0.03}
 
     def memberships_of(self, settled, *, any_heading=False):
-        return [{"table": Membership(member=True, score=0.6, radius=0.03)} for _ in settled]
+        return [{"sittable": Membership(member=True, score=0.45, radius=0.03)} for _ in settled]
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def proposal(by: str) -> Proposal:
 def test_each_kind_has_its_bar():
     context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), bars=BARS)
     answer = classify_proposals(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
-    assert [one.functions["table"].member for one in answer] == [True, False]
+    assert [one.functions["sittable"].member for one in answer] == [True, False]
 
 
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):

@@ -73,10 +73,12 @@ def test_no_name_in_the_page_lies_over_another(tmp_path):
 def test_the_bar_of_each_function_stands_beside_its_score():
     scan, room = crowded()
     first, second = room_json(scan, room)["objects"][:2]
-    assert [one["functions"]["sittable"]["bar"] for one in (first, second)] == [0.25, 0.4]
+    assert [one["functions"]["sittable"]["bar"] for one in (first, second)] == [
+        BARS[by].of("sittable") for by in ("clusters", "pools")
+    ]
     assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.55}
     page = room_page(scan, room)
-    assert "0.60 (0.55)" in page and "0.10 (0.25)" in page and "0.10 (0.40)" in page
+    assert "0.60 (0.55)" in page and "0.10 (0.40)" in page and "0.10 (0.50)" in page
 
 
 def test_objects_without_a_function_are_folded():
@@ -92,4 +94,4 @@ def test_objects_without_a_function_are_folded():
 def test_the_page_says_which_score_counts_as_yes():
     page = room_page(*crowded())
     assert "<details>" not in page
-    assert "cup 0.55, sittable 0.25 of separate clusters of points; cup 0.55, sittable 0.40 of parts on which" in page
+    assert "cup 0.55, sittable 0.40 of separate clusters of points; cup 0.55, sittable 0.50 of parts on which" in page
