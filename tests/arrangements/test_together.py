@@ -230,6 +230,7 @@ def rotation_about_z(angle_deg: float) -> np.ndarray:
     return trimesh.transformations.rotation_matrix(math.radians(angle_deg), [0, 0, 1])
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bits(simulator):
     placed = box_on_table()
     first, again = (level_of(placed, 0, simulator, 0.03, 100, 0) for _ in range(2))

@@ -214,6 +214,7 @@ def test_importing_clouds_loads_no_heavy_module():
     assert not {"trimesh", "open3d", "assimp_py", "numba", "scipy"} & set(eval(modules))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not MODELS.is_dir(), reason="the development set of models is not beside the repository")
 def test_real_models_load_with_their_size_and_their_coverage():
     with open(MODELS / "manifest.csv") as file:

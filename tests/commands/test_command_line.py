@@ -130,6 +130,7 @@ def trained(subset, tmp_path_factory):
     return path, json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_several_data_sets_are_learnt_as_one(call, subset, tmp_path):
     few = ("--radii", "5cm", "--jobs", 1, "--json", "--out", tmp_path / "model.npz")
     one, both = (json.loads(call("train", *given, *few).stdout) for given in ((subset,), (subset, subset)))
@@ -412,6 +413,7 @@ def test_train_refuses_spheres_of_no_sense(call, subset, data, tmp_path):
     check_refused(call("train", cups, *to, "--radii", "18cm"), "smaller than the objects", "18 cm")
 
 
+@pytest.mark.slow
 def test_train_says_how_well_it_learnt(call, data, tmp_path):
     kinds = {"cup": "cup", "table": "table", "none": "none"}
     rows = [(f"{kind}_{i}.npz", label) for kind, label in kinds.items() for i in range(4)]
@@ -491,6 +493,7 @@ def test_a_batch_to_the_end_is_what_the_papers_method_reads(call, data, tmp_path
     assert runs("paper") == 16 and runs("cubes") == 32
 
 
+@pytest.mark.slow
 def test_evaluate_on_other_data(call, subset, data, tmp_path):
     (tmp_path / "manifest.csv").write_text("file,label\n" + "".join(f"{k}_3.npz,{k}\n" for k in ("cup", "table")))
     for kind in ("cup", "table"):
@@ -511,6 +514,7 @@ def test_evaluate_learns_several_data_sets_and_tests_on_another(call, subset, da
     check_refused(call("evaluate", subset, data), "expected one data set", "--test")
 
 
+@pytest.mark.slow
 def test_evaluate_goes_on_without_a_missing_file(call, data, tmp_path):
     for path in data.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())

@@ -90,6 +90,7 @@ def test_an_exam_says_which_answers_of_a_ready_model_are_wrong(data, model, tmp_
     ]
 
 
+@pytest.mark.slow
 def test_an_exam_goes_on_where_a_file_cannot_be_read_and_knows_its_labels(data, model, tmp_path):
     manifest = (data / "manifest.csv").read_text()
     for path in data.glob("*.ply"):

@@ -130,6 +130,7 @@ def test_json_has_the_contract(data, capsys):
     assert {"processor", "system"} <= set(found["machine"])
 
 
+@pytest.mark.slow
 def test_baselines_and_always_no_stand_beside(data, capsys):
     found = compared(capsys, data, backends="fast", radii=["2cm"], trials=2, methods="paper,cubes")
     assert set(found["methods"]["cubes"]) == {"fast", *found["baselines"]}
@@ -197,6 +198,7 @@ def test_report_repeats_exactly_from_its_experiment(data, layers, tmp_path, caps
     assert "| layer |" in (first / "report.md").read_text()
 
 
+@pytest.mark.slow
 def test_run_that_was_cut_off_continues(data, capsys):
     half = sorted(data.glob("*.npz"))[:7]
     list(simulate_objects(half, DropConfig(simulator="fast", radii=(0.02,)), jobs=1))
@@ -206,6 +208,7 @@ def test_run_that_was_cut_off_continues(data, capsys):
     assert before.items() <= after.items() and len(before) == 3 * 7 and len(after) == 3 * 12
 
 
+@pytest.mark.slow
 def test_older_entries_know_no_memory(data, capsys):
     list(simulate_objects(sorted(data.glob("*.npz")), DropConfig(simulator="fast", radii=(0.02,)), jobs=1))
     for path in (cache_home() / "settled").rglob("*.npz"):

@@ -135,6 +135,7 @@ def test_a_slit_opens_the_wall_away_from_the_handle():
     assert gaps.max() > 0.3 and np.cos(middle) < np.cos(np.radians(20))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["upside_down", "on_side"])
 def test_a_cup_that_is_turned_holds_nothing(kind):
     target = specimen(plain_cup(), "cup")
@@ -207,6 +208,7 @@ def test_a_chair_of_the_catalogue_loses_its_seat():
     assert not [height for height in heights_on(bare, *middle) if height > 0.35 * chair.level.height]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [0.4, 1.2])
 def test_gaps_are_wide_and_bars_stay(depth):
     bench = specimen(slab_on_posts(1.4, depth, 0.45), "sittable")

@@ -351,6 +351,7 @@ def test_fall_that_begins_inside_is_not_clear(form):
     assert kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside + 0.02, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)[1]
 
 
+@pytest.mark.slow
 def test_fall_through_the_grids_is_the_fall_past_every_point_and_sphere():
     random = np.random.default_rng(4)
     radius = 0.03

@@ -115,6 +115,7 @@ def test_labels_that_are_none_are_refused(y):
         sf.FunctionClassifier(radii=(0.01,), drops=5).fit([clouds.mug(), clouds.plate()], y)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("y", [SETS, MultiLabelBinarizer().fit_transform(SETS)], ids=["sets", "indicator"])
 def test_cross_validation_tells_mugs_from_plates(objects, y):
     model = ESTIMATORS[0]

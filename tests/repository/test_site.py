@@ -43,6 +43,7 @@ def test_pages_fetch_nothing_from_the_network(site):
         assert not fetched, page
 
 
+@pytest.mark.slow
 def test_every_document_is_in_the_menu(site):
     menu = (site / "index.html").read_text()
     for page in (ROOT / "docs").glob("*.md"):

@@ -77,6 +77,7 @@ def folder(images, tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise, most", [(0.0, 0.002), (1.0, 0.004)])  # a fifth of a voxel; two deviations at 1 m
 def test_the_map_lies_on_the_surfaces(noise, most):
     solids = (TABLE, shift(CRATE, x=1.3))

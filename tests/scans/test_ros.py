@@ -394,6 +394,7 @@ def test_an_arrow_points_the_way_that_a_sitter_faces(heading):
     assert (marker.type, marker.pose.position.z) == (marker.ARROW, 0.45)
 
 
+@pytest.mark.slow
 def test_the_node_answers_a_recorded_cloud(tmp_path, seen):
     from rosbags.highlevel import AnyReader
 

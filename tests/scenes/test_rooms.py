@@ -244,6 +244,7 @@ def scan_file(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_it_promises(scan_file, tmp_path):
     done = spherefunc("scene", scan_file, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr

@@ -167,6 +167,7 @@ def model():
     return FunctionClassifier(radii=(0.01, 0.02), drops=60).fit(many, [label for label in labels for _ in range(2)])
 
 
+@pytest.mark.slow
 def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
     again = load_model(tmp_path / "model.npz", "fast")

@@ -64,6 +64,7 @@ def test_a_cup_holds_what_its_geometry_says(subject):
     assert 1e6 * subject.capacity == pytest.approx(held_by(RADIUS), rel=0.04)  # cells of 0.8 mm at the brim
 
 
+@pytest.mark.slow
 def test_its_hull_is_solid(subject):
     row = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), KeepCriteria())
     assert row.capacity_kept == 0 and not row.keeps and row.settled_kept < 0.5
@@ -80,6 +81,7 @@ def test_a_cup_with_a_slit_in_its_floor_runs_out_and_is_not_solid(subject):
     assert "it runs out through gaps" in row.verdict and "solid" not in row.verdict
 
 
+@pytest.mark.slow
 def test_a_shape_of_voxels_is_still_a_cup(subject):
     """Water finds a way between its faces; the spheres that it is made for do not."""
     from spherefunc_bullet.shapes.candidates import of_cloud
@@ -123,6 +125,7 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
     assert not any(name.startswith("coacd") for name in candidates.candidates(subject.cloud, 0.005))
 
 
+@pytest.mark.slow
 def test_a_candidate_that_no_engine_takes_costs_itself(subject):
     points = Cloud(subject.mesh.vertices, "points")
     said, makes = [], {"points": partial(of_mesh, points), "hull": partial(of_hull, subject.cloud)}
@@ -159,6 +162,7 @@ def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(su
     assert best_shape(subject, STRICT, compared=[(other, replace(cheap, level_kept=0.5))])[0] is not other
 
 
+@pytest.mark.slow
 def test_exact_pieces_keep_everything(subject):
     row = row_of(subject, of_pieces("staves", staves()), KeepCriteria())
     assert row.keeps, row.verdict

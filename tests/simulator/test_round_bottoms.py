@@ -67,6 +67,7 @@ def test_a_bowl_weighted_beside_its_middle_leans_until_its_weight_is_below_its_c
         assert result.stance is Stance.ROCKS and result.tilt_deg == pytest.approx(expected, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", MESHES)
 def test_a_bowl_keeps_its_pose_under_a_load_that_leans_it_by_less_than_a_degree(mesh):
     """Load and bowl balance about the centre of curvature: load (aside - depth t) = mass lever t, t = tan 1°."""

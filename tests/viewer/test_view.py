@@ -290,12 +290,14 @@ def test_tables_and_a_still_stand_in_the_page_itself(tmp_path):
         assert picture.std() > 5 and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50  # neither blank nor grey alone
 
 
+@pytest.mark.slow
 def test_a_page_explains_by_the_drops_that_classify_reads(tmp_path):
     page = viewed(tmp_path, "--explain")
     for sentence in sf.classify(tmp_path / "mug.xyz").reasons:
         assert html.escape(sentence) in page
 
 
+@pytest.mark.slow
 @needs_browser
 def test_a_browser_without_webgl_shows_tables_and_stills(tmp_path):
     (tmp_path / "page.html").write_text(viewed(tmp_path, "--explain"))
