@@ -186,7 +186,7 @@ def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
     how = DropConfig(simulator=MishapSimulator(), radii=(0.02,))
     dict(simulate_objects([other], how))  # then it takes no time, however slow the machine
-    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=1.5))
+    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=3.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 
