@@ -104,6 +104,7 @@ def pairs() -> dict[str, tuple[trimesh.Trimesh, trimesh.Trimesh, float]]:
 
 @pytest.mark.parametrize("points", [False, True])
 @pytest.mark.parametrize("name", pairs())
+@pytest.mark.slow
 def test_what_is_stacked_stands_where_it_touches(name, points):
     below, above, height = pairs()[name]
     placed = put(below, above, points=points)
@@ -122,6 +123,7 @@ def test_edges_that_cross_carry_each_other():
 
 
 @pytest.mark.parametrize(("half_deg", "wall"), [(5, 0.002), (5, 0.004), (10, 0.004), (20, 0.002)])
+@pytest.mark.slow
 def test_cups_of_points_nest_as_deep_as_their_points_can_tell(half_deg, wall):
     placed = put(*[cup(half_deg, wall=wall)] * 2, points=True)
     expected, aside = wall / np.tan(np.radians(half_deg)), 0.35 * placed[0].own.spacing

@@ -164,6 +164,7 @@ def test_a_sphere_on_spheres_belongs_to_who_carries_those(simulator):
     assert np.median(falls.bases[inside]) == pytest.approx(HEIGHT + 0.01, abs=0.002)
 
 
+@pytest.mark.slow
 def test_a_box_takes_its_footprint_from_the_table(simulator):
     placed, drops = box_on_table(heading_deg=30.0), 1000
     level, top, foot = level_of(placed, 0, simulator, None, drops, 0), math.prod(TOP), math.prod(BOX[:2])

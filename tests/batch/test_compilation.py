@@ -135,6 +135,7 @@ print("numba.np.arrayobj" in sys.modules)
 """
 
 
+@pytest.mark.slow
 def test_kept_kernels_are_loaded_without_the_compiler():
     """The first process may compile; what it keeps is loaded by the second without numba's functions of arrays."""
     said = [subprocess.run([sys.executable, "-c", LABEL], capture_output=True, text=True, check=True) for _ in range(2)]

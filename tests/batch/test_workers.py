@@ -267,6 +267,7 @@ def test_train_and_classify_survive_a_crash(models, script, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.slow
 def test_processes_end_with_the_script(models, script, number):
     models("sleeper")
     process = script("simulate", "sleeper.npz", "--backend", "mishap", start_new_session=True)

@@ -77,6 +77,7 @@ def shares(name: str, simulator: str) -> dict[str, float]:
 
 
 @on_each
+@pytest.mark.slow
 def test_regions_hold_the_same_share(name):
     roller, bullet = shares(name, "fast"), shares(name, "bullet")
     for region in roller | bullet:

@@ -68,6 +68,7 @@ def spanned(points: np.ndarray, alpha: float, gap: float) -> set[tuple[int, ...]
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("extent", [(1, 1, 0.02), (0.6, 0.5, 0.4), (1.2, 0.3, 0.3)])
+@pytest.mark.slow
 def test_faces_are_those_of_empty_balls(seed, extent):
     points = RANDOM(seed).uniform(-0.5, 0.5, (30, 3)) * extent + RANDOM(seed + 2).uniform(-9, 9, 3)
     faces = faces_between(points, 0.16, 0.22)

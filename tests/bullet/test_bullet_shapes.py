@@ -470,6 +470,7 @@ def leaks(p, shape, physics: Physics, normal: np.ndarray, up: float, half: float
     "shape, kind",
     [(s, k) for s in ("voxel", "compound") for k in ("lattice", "blue noise")] + [("mesh", "lattice")],
 )
+@pytest.mark.slow
 def test_nothing_leaks_through_a_sheet(engine, shape, kind, radius, tilt_deg):
     from spherefunc_bullet.bullet.collision.shape import collision_shape
 

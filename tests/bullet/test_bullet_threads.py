@@ -70,6 +70,7 @@ def several_threads(tmp_path_factory):
     return json.loads(report.read_text()), done.stdout.splitlines(), done.stderr.splitlines()
 
 
+@pytest.mark.slow
 def test_nothing_that_others_print_is_lost(several_threads):
     found, out, error = several_threads
     assert out.count("a line") == found["lines"]["1"] > 0

@@ -301,6 +301,7 @@ def test_nothing_is_printed(capfd):
     assert capfd.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_nothing_is_printed_by_a_new_process():
     """The engine says when it was built as it is imported, and more when it connects."""
     assert in_new_process("pass").stdout == ""

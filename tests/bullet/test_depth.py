@@ -16,6 +16,7 @@ RADIUS = 0.005
 @pytest.mark.parametrize("backend", ["fast", "bullet"])
 @pytest.mark.parametrize("drops", [None, 200])
 @pytest.mark.parametrize("thickness", [0.001, 0.002, 0.02])
+@pytest.mark.slow
 def test_a_sphere_touches_a_board_however_thin_it_is(tmp_path, backend, drops, thickness):
     if backend == "bullet":
         pytest.importorskip("pybullet")

@@ -71,6 +71,7 @@ def locations(piece, generator, count=200):
     return generator.dirichlet(np.full(len(piece), 0.5), count) @ piece
 
 
+@pytest.mark.slow
 def test_faces_are_covered(case):
     _, vertices, faces, pieces = case
     weights = np.random.default_rng(0).dirichlet([0.5] * 3, min(len(faces), 20_000))

@@ -108,6 +108,7 @@ def test_a_longer_run_goes_on_with_a_short_one(begun, shape, options):
     ],
     ids=["as many drops", "fewer misses", "fewer spheres", "radius", "to the end", "seed", "option"],
 )
+@pytest.mark.slow
 def test_another_run_begins_anew(begun, settings, seed, options):
     cloud = clouds.chair()
     make_simulator("fast").drop(cloud, SHORT, 3)

@@ -32,6 +32,7 @@ def plate(width, depth, height=0.0):
 
 
 @pytest.mark.parametrize("scale", [0.001, 0.01, 0.1, 0.5])
+@pytest.mark.slow
 def test_no_location_is_farther_than_the_gap_on_random_triangles(scale):
     rng = np.random.default_rng(1)
     for _ in range(20):
@@ -157,6 +158,7 @@ def scattered(count, size):
     return np.concatenate([points, points[::5], points[::7] + [1e-4, 0, 0]])
 
 
+@pytest.mark.slow
 def test_points_that_come_backwards_are_thinned_last(way):
     points = scattered(500, 0.03)
     expected = thin(points, 0.004)

@@ -120,6 +120,7 @@ def test_one_function_alone_is_asked_for():
         sf.classify(clouds.mug(), function="shelf")
 
 
+@pytest.mark.slow
 def test_the_model_that_ships_is_loaded_without_arguments():
     assert sf.load_model().functions_ == sf.load_model(sf.shipped_model(), "fast").functions_
     assert sf.load_model() is not sf.load_model()  # who learns more changes nobody else's

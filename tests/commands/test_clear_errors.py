@@ -62,6 +62,7 @@ def asking(path, **about):
 
 
 @pytest.mark.parametrize("read", [sf.load_model, lambda path: inference_model(path, None)])
+@pytest.mark.slow
 def test_a_model_that_asks_for_too_much_is_refused(tmp_path, read):
     about = json.loads(str(shipped()["about"]))
     many = about["method"] | {"drops": 10**9}

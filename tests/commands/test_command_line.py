@@ -436,6 +436,7 @@ def test_train_refuses_what_it_cannot_use(call, subset, tmp_path):
     check_refused(call("train", subset, "--out", tmp_path, "--radii", "2cm", "--jobs", 1), "can be written")
 
 
+@pytest.mark.slow
 def test_evaluate_prints_the_contract(call, data):
     arguments = ("--trials", 2, "--train-sizes", "4,half", "--radii", "1cm,2cm", "--jobs", 1)
     done = call("evaluate", data, *arguments, "--method", "paper", "--leave-one-out", "--groups", "--json")
@@ -538,6 +539,7 @@ def test_backends_are_listed(call):
     assert "fast" in call("backends").stdout
 
 
+@pytest.mark.slow
 def test_catalogue_is_built(call, tmp_path):
     done = call("dataset", "build", "household", tmp_path / "set", "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["objects"] == 200

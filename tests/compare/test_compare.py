@@ -118,6 +118,7 @@ def compared(capsys, data, **options) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_json_has_the_contract(data, capsys):
     found = compared(capsys, data, backends="fast", radii=["1cm,2cm"], trials=2)
     assert found["objects"] == 12 and found["agreement"] == [] and list(found["backends"]) == ["fast"]

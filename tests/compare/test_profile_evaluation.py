@@ -80,6 +80,7 @@ def test_every_object_is_tested_once_and_told(simulated, splits):
     assert len(evaluation.trials[8]) == 2
 
 
+@pytest.mark.slow
 def test_points_stand_a_diameter_apart(simulated):
     points = points_as_drops(simulated.records[0], (0.02, 0.03))
     for radius, drops in points.items():

@@ -97,6 +97,7 @@ def test_a_number_is_another_for_a_while_where_it_is_read():
     assert SEGMENTATION.wall_thickness == 0.05
 
 
+@pytest.mark.slow
 def test_every_number_is_read():
     code = "".join(path.read_text() for path in (ROOT / "scenes").rglob("*.py"))
     names = [f"{stage.upper()}.{one.name}" for stage in STAGES for one in fields(STAGES[stage])]

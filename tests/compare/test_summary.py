@@ -89,6 +89,7 @@ NUMBERS = ["0.731 ± 0.012", "0.846 ± 0.012", "0.792 ± 0.012", "0.62", "1,234"
 
 
 @pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.slow
 def test_the_page_has_the_numbers_it_was_given(html, number):
     assert number in html
 

@@ -145,6 +145,7 @@ def test_folder_without_either_is_refused(tmp_path):
     check_refused(tmp_path, "expected a manifest.csv, or folders")
 
 
+@pytest.mark.slow
 def test_name_of_a_catalogue(tmp_path, monkeypatch):
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
     dataset = open_dataset("household")

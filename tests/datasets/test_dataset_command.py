@@ -60,6 +60,7 @@ def furniture(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_build_and_describe(run, tmp_path):
     built = run("build", "household", tmp_path / "set", "--json")
     about = json.loads(built.stdout)

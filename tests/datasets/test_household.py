@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from catalogue_checks import flaws, groups_that_touch, identical, odd_sizes, unchanged
 from catalogues import household, labelled
 
@@ -70,6 +71,7 @@ def test_no_part_floats():
     assert [item.name for item in household() if groups_that_touch(item.mesh) != 1] == []
 
 
+@pytest.mark.slow
 def test_another_seed_makes_other_objects_as_sound():
     others = household_objects(12345)
     assert unchanged(others, household()) == []

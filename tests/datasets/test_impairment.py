@@ -107,6 +107,7 @@ def test_the_cavity_of_a_cup_is_known():
     assert cavity.radii == pytest.approx(RADIUS - WALL, abs=cell)  # the wall takes part of a ring of cells
 
 
+@pytest.mark.slow
 def test_a_hole_leaves_nothing_under_the_cavity():
     holed = changed(specimen(plain_cup(), "cup"), "hole")
     assert heights_on(holed, *AXIS) == []
@@ -119,6 +120,7 @@ def test_a_lid_is_met_first():
         assert heights_on(lidded, x + AXIS[0], AXIS[1])[-1] > HEIGHT
 
 
+@pytest.mark.slow
 def test_a_filling_reaches_the_brim_and_not_farther():
     filled = changed(specimen(plain_cup(), "cup"), "filled")
     assert heights_on(filled, *AXIS)[-1] == pytest.approx(HEIGHT, abs=HEIGHT / 40)
@@ -296,6 +298,7 @@ def test_a_cloud_has_what_points_can_show():
 @pytest.mark.parametrize(
     "category", ["coffee_table", *(pytest.param(name, marks=pytest.mark.slow) for name in ("mug", "dining_chair"))]
 )
+@pytest.mark.slow
 def test_every_kind_is_made_or_left_out_and_repeats_bit_for_bit(category):
     """Whatever was made of the object before: the second time they are made in the opposite order."""
     item = next(item for item in household() if item.category == category)
@@ -324,6 +327,7 @@ def targets(tmp_path) -> Path:
     return write_objects(folder, ("desk", "stand", "chest", "tin"))
 
 
+@pytest.mark.slow
 def test_the_folder_is_a_data_set_that_knows_its_originals(targets, tmp_path):
     copies = impair_dataset(open_dataset(targets), tmp_path / "copies", failed=pytest.fail)
     with copies.manifest.open() as stream:

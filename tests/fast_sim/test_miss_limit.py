@@ -66,6 +66,7 @@ def test_runs_for_features_take_it_and_are_kept_apart(length):
 
 
 @pytest.mark.parametrize("command", ["evaluate", "batch"])
+@pytest.mark.slow
 def test_commands_take_it(folder, tmp_path, command):
     arguments = [command, folder, "--method", "cubes", "--radii", "3cm", "--miss-limit", 4, "--json"]
     done = spherefunc(*arguments, *(["--run", tmp_path / "run"] if command == "batch" else ["--trials", 1]))

@@ -51,6 +51,7 @@ def test_the_bits_do_not_depend_on_the_cores(limits, seed=4):
     assert one.settled == limits.get("max_spheres", one.settled) and one.drops <= limits.get("max_drops", one.drops)
 
 
+@pytest.mark.slow
 def test_a_large_object_is_filled_in_strips():
     run = whole_run()
     assert run.spheres.nx * run.spheres.ny >= LARGE and [len(cuts) for _, cuts in run.strips.rounds] == [1, 1, 0]

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import architecture
+import pytest
 from architecture import DECISION, draw, layers
 
 MOST_FILES = 35  # more, and nobody reads them; with a new one, another has to go
@@ -16,6 +17,7 @@ MOST_FILES = 35  # more, and nobody reads them; with a new one, another has to g
 TRACED = "import architecture, json; print(json.dumps(architecture.files_of_classify()))"
 
 
+@pytest.mark.slow
 def test_a_first_answer_runs_through_few_files(tmp_path: Path):
     how = {"capture_output": True, "check": True, "cwd": Path(architecture.__file__).parent}
     found = json.loads(subprocess.run([sys.executable, "-c", TRACED], **how).stdout)

@@ -193,6 +193,7 @@ def marked(page: Path):
 
 
 @pytest.mark.parametrize("page", [marked(page) for page in PAGES if page.name not in TESTED])
+@pytest.mark.slow
 def test_code_blocks_run_as_they_stand(page, files, monkeypatch):
     monkeypatch.chdir(files)
     for module, name, few in FEWER:

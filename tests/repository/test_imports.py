@@ -35,6 +35,7 @@ def test_imports_run_one_way(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_heavy_modules_are_seen():
     assert loaded_by("import sklearn") == {"sklearn", "scipy", "scipy.stats"}
 
@@ -73,6 +74,7 @@ def test_a_command_is_read_alone():
         ),
     ],
 )
+@pytest.mark.slow
 def test_asking_loads_nothing_that_only_learning_needs(asking, tmp_path, monkeypatch):
     """The first time kernels are loaded, and numba asks SciPy for its linear algebra; what is kept needs neither."""
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))

@@ -95,6 +95,7 @@ def test_a_view_knows_what_is_free_present_and_hidden():
     assert view.verdicts(points).tolist() == [FREE, PRESENT, HIDDEN, UNKNOWN, UNKNOWN]
 
 
+@pytest.mark.slow
 def test_objects_keep_their_ids_as_the_map_grows(images):
     fusion = fused(images[:2])
     before = {item.id: item for item in fusion.objects()}

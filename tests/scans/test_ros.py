@@ -312,6 +312,7 @@ def run(*words):
     return CliRunner().invoke(application(), ["scene", *map(str, words)])
 
 
+@pytest.mark.slow
 def test_scene_reads_a_bag(tmp_path, seen):
     path = write_bag(tmp_path / "room", "mcap", recorded_room(seen))
     about = json.loads(run(path, "--json").stdout)
@@ -320,6 +321,7 @@ def test_scene_reads_a_bag(tmp_path, seen):
     assert "table" in members and "cup" in members
 
 
+@pytest.mark.slow
 def test_options_of_bags_are_for_bags(tmp_path, bag):
     np.savetxt(tmp_path / "room.xyz", np.random.default_rng(0).random((500, 3)))
     for words in ((tmp_path / "room.xyz", "--topic", "/points"), (tmp_path / "room.xyz", "--time", 3)):

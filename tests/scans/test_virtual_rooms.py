@@ -40,6 +40,7 @@ def plan(placed) -> np.ndarray:
     return np.column_stack(np.divmod(keys, 1000)) / 100
 
 
+@pytest.mark.slow
 def test_no_object_is_nearer_than_the_gap(rooms):
     for room in rooms:
         on_floor = [placed for placed in room.objects if placed.support == FLOOR]
@@ -148,6 +149,7 @@ def run():
     return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_rooms_are_written_with_their_truth(run, data, tmp_path):
     about = json.loads(run("rooms", data, tmp_path / "out", "--rooms", 1, "--views", 2, "--json").stdout)
     assert about["scans"] == ["room_01.ply"]

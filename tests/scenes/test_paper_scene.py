@@ -44,6 +44,7 @@ def test_ransac_takes_a_wall_for_the_floor_where_it_is_larger():
     assert abs(levelling.up[2]) < 0.1
 
 
+@pytest.mark.slow
 def test_clusters_stand_on_their_own_lowest_point_and_walls_are_clusters(model):
     found = recognise_as_paper(scan_from_points(room()[0][::2], "room"), model)
     assert {item.proposed_by for item in found.objects} == {"clusters"}

@@ -37,6 +37,7 @@ def pools_of(points: np.ndarray):
 
 
 @pytest.mark.parametrize("backend", ["fast", "bullet"])
+@pytest.mark.slow
 def test_spheres_rest_on_tops_alone_and_not_on_each_other(backend):
     points = square_table(1.2, 0.8, 0.72)[::2]
     centers = resting_places(points, backend, RADIUS)

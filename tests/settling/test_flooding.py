@@ -55,6 +55,7 @@ def test_a_tube_holds_centres_up_to_a_radius_over_its_rim():
 
 
 @pytest.mark.parametrize("height", [5.0, 10.0, 15.0])
+@pytest.mark.slow
 def test_a_hole_shows_at_its_height(height):
     """What lies below the lowest point of a hole of two radii and a half stays: the centre passes a radius above it."""
     holed = basin(without(tube(), (ROUND / 2, 0, height), 2.5))

@@ -258,6 +258,7 @@ def test_what_stands_still_may_be_written_concave(subject, tmp_path):
         write_shape(tmp_path / "cup.xml", subject.mesh, subject.mesh, body)
 
 
+@pytest.mark.slow
 def test_the_command_prints_its_contract(tmp_path):
     from typer.testing import CliRunner
 

@@ -76,6 +76,7 @@ def test_a_brick_lies_as_theory_says(simulator):
 
 
 @pytest.mark.parametrize("height", [0.05, 0.15, 0.4])
+@pytest.mark.slow
 def test_a_cylinder_stands_as_often_as_theory_says(simulator, height):
     """An end takes the solid angle of a cone, 2 pi (1 - cos), and the mantle is one way to lie."""
     result = simulator.poses(cloud_of(trimesh.creation.cylinder(0.1, height, sections=48)), PoseSettings())

@@ -239,6 +239,7 @@ def test_settings_out_of_range_are_refused(wrong):
         StandSettings(**wrong)
 
 
+@pytest.mark.slow
 def test_command_prints_json_and_draws(tmp_path):
     from typer.testing import CliRunner
 

@@ -21,6 +21,7 @@ def page():
     page.server.stop()
 
 
+@pytest.mark.slow
 def test_spheres_fall_into_a_mug_and_its_bar_fills(page):
     found = page.update(pause=0.0)
     assert 0 < len(found.rests) <= found.drops == page.drops.value

@@ -104,6 +104,7 @@ def test_a_cut_takes_whole_spheres_away():
 
 
 @pytest.mark.parametrize("faces", [None, np.empty((0, 3), int)])
+@pytest.mark.slow
 def test_a_cloud_without_faces_is_drawn(faces):
     x, y = np.meshgrid(np.linspace(-0.2, 0.2, 60), np.linspace(-0.2, 0.2, 60))
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])

@@ -7,6 +7,7 @@ import subprocess
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from browser import CHROMIUM, FLAGS, needs_browser
 
 from spherefunc_bullet.function_model import Membership
@@ -55,6 +56,7 @@ def crowded() -> tuple[Scan, Room]:
 
 
 @needs_browser
+@pytest.mark.slow
 def test_no_name_in_the_page_lies_over_another(tmp_path):
     page = tmp_path / "room.html"
     page.write_text(room_page(*crowded()).replace("</head>", RECORD, 1))

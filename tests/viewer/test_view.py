@@ -255,6 +255,7 @@ def test_objects_of_one_name_get_two_pages_or_share_one(call, tmp_path):
 
 
 @needs_browser
+@pytest.mark.slow
 def test_a_browser_draws_it_without_errors(tmp_path):
     centers = np.array([[0.0, 0.0, 0.03], [0.01, 0.015, 0.05], [-0.015, 0.0, 0.07]])
     counted = histogram_cubes(centers, 0.01)
@@ -279,6 +280,7 @@ def shows_spheres(pixels: np.ndarray) -> bool:
     return (part.max(axis=-1) - part.min(axis=-1) > 60).mean() > 0.01
 
 
+@pytest.mark.slow
 def test_tables_and_a_still_stand_in_the_page_itself(tmp_path):
     page = viewed(tmp_path, "--explain")
     markup = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
