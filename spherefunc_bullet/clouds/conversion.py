@@ -25,12 +25,7 @@ BESIDE = (3, 4, 6, 7)  # columns of points: with intensity, with normals or colo
 
 
 def as_cloud(
-    anything: Anything,
-    *,
-    units: str = "m",
-    up: str = BY_FILE,
-    name: str | None = None,
-    report: Report | None = None,
+    anything: Anything, *, units: str = "m", up: str = BY_FILE, name: str | None = None, report: Report | None = None
 ) -> Cloud:
     """Return the cloud of an object, in metres, z up, on the ground.
 

@@ -1,9 +1,9 @@
-"""Readers, one file a format: each takes a file's `sources.Source` and returns its vertices and triangles.
+"""File readers, one module per format: each takes a `sources.Source` and returns vertices and triangles.
 
-They raise FormatError where they know what is wrong; what else they or the libraries below them raise on
-damaged bytes is caught in one place, ``files.refusing``.
+A reader raises FormatError where it knows what is wrong. All other exceptions that damaged bytes cause in it, or in the
+libraries that it uses, are caught in one place, ``files.refusing``.
 """
 
 
 class FormatError(ValueError):
-    """What is wrong with a file, in words for its owner, without its name."""
+    """An unreadable file; the message says what is wrong with it, without its name."""

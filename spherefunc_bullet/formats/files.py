@@ -1,11 +1,12 @@
-"""Files on a disk: ordinary ones and not too large before they are read, whole or not at all where they are written.
+"""Files on disk: checked for type and size before they are read, and written completely or not at all.
 
-Limits are checked before what they limit is loaded. All of them together keep the reading of any one file below 2 GiB.
+All limits are checked before the data are loaded. Together they keep the memory for reading one file below 2 GiB.
 """
 
 from __future__ import annotations
 
 import csv
+import io
 import os
 import stat
 import zipfile
@@ -16,26 +17,25 @@ from pathlib import Path, PurePosixPath
 from ..errors import InputError, OutOfMemory, one_line
 from . import FormatError
 
-MAX_FILE_BYTES = 512 << 20  # of a model or scan, with the files beside it that it names
-MAX_TEXT_BYTES = 128 << 20  # of one in text, which takes several times its size to read
-MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together: a small one can declare any size
+MAX_FILE_BYTES = 512 << 20  # of a model or scan, including the files that it names
+MAX_TEXT_BYTES = 128 << 20  # of a text file, which takes several times its size to read
+MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together; a small archive can declare any size
 MAX_MEMBERS = 10_000  # of an archive
 MAX_TRIANGLES = 10_000_000
-LONGEST_NAME = 200  # characters of one that no file can have, as messages show it
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
-OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs")  # what only the extra ``formats`` brings
+OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs")  # installed by the extra ``formats``
 
 
 def require_ordinary(path: Path) -> int:
-    """Return the bytes of a file; raise InputError for what is none, such as a pipe; nothing of it is read."""
+    """Return the size of a file in bytes; raise InputError if it is not a regular file, such as a pipe."""
     shown = one_line(path)
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
         raise InputError(f"{shown}: expected a file, found none; check the path") from error
-    except (OSError, ValueError) as error:  # a name that is too long, or that holds a null byte
+    except (OSError, ValueError) as error:  # the name is too long, or contains a null byte
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{shown[:LONGEST_NAME]}: cannot be read: {reason}; check the path") from error
+        raise InputError(f"{shown[:200]}: cannot be read: {reason}; check the path") from error
     if stat.S_ISDIR(about.st_mode):
         raise InputError(f"{shown}: expected a file, got a folder; name a file in it")
     if not stat.S_ISREG(about.st_mode):  # a pipe or a device may never end
@@ -44,7 +44,7 @@ def require_ordinary(path: Path) -> int:
 
 
 def require_file(path: Path) -> None:
-    """Raise InputError for what is no ordinary file, or too large; nothing of it is read."""
+    """Raise InputError for a file that is not regular, or too large, without reading it."""
     size = require_ordinary(path)
     if size > MAX_FILE_BYTES:
         limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB"
@@ -52,14 +52,14 @@ def require_file(path: Path) -> None:
 
 
 def require_text_size(data: bytes) -> None:
-    """Raise FormatError for more text than is read."""
+    """Raise FormatError for more text than may be read."""
     if len(data) > MAX_TEXT_BYTES:
         limit = f"expected at most {MAX_TEXT_BYTES >> 20} MiB of text, got {len(data) >> 20} MiB"
         raise FormatError(f"{limit}; save it in a binary format, or simplify it")
 
 
 def require_counts(**counts: int) -> None:
-    """Raise FormatError for more triangles, vertices or points than are read, as declared or counted.
+    """Raise FormatError for more triangles, vertices or points, declared or counted, than may be read.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def require_counts(**counts: int) -> None:
 
 
 def require_members(archive: zipfile.ZipFile) -> None:
-    """Raise FormatError for an archive that unpacks to too much, or names members outside of itself."""
+    """Raise FormatError for an archive that unpacks to too many bytes, or has members outside its own folder."""
     members = archive.infolist()
     if len(members) > MAX_MEMBERS:
         raise FormatError(f"expected an archive of at most {MAX_MEMBERS:,} members, got {len(members):,}")
@@ -86,13 +86,13 @@ def require_members(archive: zipfile.ZipFile) -> None:
 
 
 def require_unpacked(size: int) -> None:
-    """Raise FormatError for more bytes than are unpacked, as a packed file declares them."""
+    """Raise FormatError for more bytes, as a compressed file declares them, than may be unpacked."""
     if size > MAX_UNPACKED_BYTES:
         raise FormatError(f"expected at most {MAX_UNPACKED_BYTES >> 20} MiB unpacked, got {size >> 20} MiB declared")
 
 
 def climbs_out(name: str) -> bool:
-    """Return whether a member's name leads out of the folder it would be unpacked to.
+    """Return whether the name of a member leads out of the folder to which it would be unpacked.
 
     Examples
     --------
@@ -105,13 +105,13 @@ def climbs_out(name: str) -> bool:
 
 @contextmanager
 def refusing(path: Path) -> Iterator[None]:
-    """Turn what is raised within into an InputError of one line that begins with the file's name."""
+    """Convert exceptions raised within to an InputError, one line that starts with the name of the file."""
     name = one_line(path.name)
     try:
         yield
     except ImportError as error:
         if (error.name or "").partition(".")[0] not in OPTIONAL:
-            raise  # a broken installation, not a bad file
+            raise  # the installation is broken, not the file
         needs = f"expected the extra 'formats' to read it, {error.name} is missing"
         raise InputError(f"{name}: {needs}; pip install 'spherefunc-bullet[formats]'") from error
     except (InputError, FormatError) as error:
@@ -120,14 +120,14 @@ def refusing(path: Path) -> Iterator[None]:
     except MemoryError as error:
         wanted = "expected to need no more memory to read it than there is"
         raise OutOfMemory(f"{name}: {wanted}; simplify it") from error
-    except Exception as error:  # the one place where what readers raise on damaged bytes becomes the user's error
+    except Exception as error:  # the only place that reports what readers raise on damaged bytes as the user's error
         detail = one_line(f"{type(error).__name__}: {error}")[:160]
         kind = path.suffix.lower()[1:].upper()
         raise InputError(f"{name}: expected a {kind} file, could not read it ({detail}); is it damaged?") from error
 
 
 def cache_home() -> Path:
-    """Return the folder for what can be computed again: $SPHEREFUNC_CACHE, or the user's cache folder."""
+    """Return the cache folder: $SPHEREFUNC_CACHE, or a folder in the user's cache."""
     given = os.environ.get("SPHEREFUNC_CACHE")
     users = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return Path(given) if given else users / "spherefunc"
@@ -135,16 +135,16 @@ def cache_home() -> Path:
 
 @contextmanager
 def writing(place: Path, what: str = "a file", kind: type[InputError] = InputError) -> Iterator[None]:
-    """Turn what the system raises within into one line for the user, such as of a full disk.
+    """Convert an OSError raised within, such as of a full disk, to one line for the user.
 
     Parameters
     ----------
     place : Path
-        What is written.
+        The file or folder that is written.
     what : str
-        What it is, for the line.
+        What it is, for the message.
     kind : type
-        Of the error that is raised.
+        The type of the error that is raised.
     """
     try:
         yield
@@ -153,7 +153,7 @@ def writing(place: Path, what: str = "a file", kind: type[InputError] = InputErr
 
 
 def unused_name(folder: Path, stem: str, suffix: str, written: Sequence[Path]) -> Path:
-    """Return a file's path that is none of those written; two files of one stem get two names."""
+    """Return a path in ``folder`` that is not among those written: a second file with the same stem is numbered."""
     number = 1
     while (path := folder / (f"{stem}_{number}{suffix}" if number > 1 else f"{stem}{suffix}")) in written:
         number += 1
@@ -161,7 +161,7 @@ def unused_name(folder: Path, stem: str, suffix: str, written: Sequence[Path]) -
 
 
 def write_bytes(path: Path, content: bytes) -> Path:
-    """Write a file, and the folder that it lies in; return its path.
+    """Write a file, creating its folder, and return its path.
 
     Raises
     ------
@@ -175,30 +175,26 @@ def write_bytes(path: Path, content: bytes) -> Path:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a text in UTF-8; what that has no bytes for, as in some files' names, becomes ``?``. See `write_bytes`."""
+    """Write text in UTF-8, with ``?`` for what cannot be encoded, as in some file names. See `write_bytes`."""
     return write_bytes(path, text.encode("utf-8", "replace"))
 
 
 def write_csv(path: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
-    """Write a table in one step, so that a reader never finds half of it; see `write_bytes`."""
-    part = path.with_name(f"{path.name}.part")
+    """Write a table completely or not at all; see `write_bytes`."""
+    table = io.StringIO(newline="")
+    csv.writer(table).writerows([columns, *rows])
     with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(columns)
-            writer.writerows(rows)
-        os.replace(part, path)
+        write_whole(path, table.getvalue().encode())
     return path
 
 
 def write_whole(path: Path, content: bytes):
-    """Write a file under a name of its own first, so that nobody ever reads half of it.
+    """Write a file under a temporary name and rename it, so that it is never read half-written.
 
     Raises
     ------
     OSError
-        If it cannot be written; then nothing is left of it.
+        If it cannot be written; the temporary file is then removed.
     """
     scratch = path.with_suffix(f".{os.getpid()}.tmp")
     try:
@@ -212,7 +208,7 @@ def write_whole(path: Path, content: bytes):
 
 
 def prepare_folder(folder: Path | None):
-    """Make a folder for results before hours are spent on them, or say why it cannot be."""
+    """Create a folder for results before hours are spent on them, or raise InputError."""
     if folder is None:
         return
     with writing(folder, "a folder"):
@@ -223,7 +219,7 @@ def prepare_folder(folder: Path | None):
 
 
 def require_place(file: Path):
-    """Refuse a file that could not be written, before hours are spent on what it is to hold."""
+    """Raise InputError for a file that cannot be written, before hours are spent on its content."""
     folder = file.absolute().parent
     if file.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
         came = "a folder" if file.is_dir() else "a folder that is missing or read-only"

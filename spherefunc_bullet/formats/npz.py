@@ -1,6 +1,6 @@
-"""NPZ and NPY: a model or cloud as an array ``points``, or ``vertices`` and ``faces``, or the only one of shape (N, 3).
+"""NPZ and NPY: a mesh or cloud as arrays ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3).
 
-Also the cache: arrays kept by the hash of what produced them, in the user's cache folder or in a run's.
+Also the cache: arrays are stored under the hash of everything that decides them, in the user's cache or a run folder.
 """
 
 from __future__ import annotations
@@ -20,12 +20,10 @@ from . import FormatError
 from .files import cache_home, require_counts, require_members, require_unpacked, write_whole
 from .sources import Geometry, Source
 
-# What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
+# What reading a damaged archive raises; a single array instead of an archive raises TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
-_ANSWER = "told"  # name of the result of a check in cache entries
-
-
 DAMAGE += (zipfile.BadZipFile, zlib.error)
+_ANSWER = "told"  # name of the result of a check in cache entries
 
 
 def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
@@ -37,7 +35,7 @@ def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
 
 
 def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...] | None:
-    """Return the shape of a member, from its header alone; None for what is no array of real numbers."""
+    """Return the shape of a member from its header; None if it is not an array of real numbers."""
     with archive.open(member) as file:
         shape, dtype = _read_header(file)
         begin = file.tell()
@@ -51,7 +49,7 @@ def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]
 
 
 def _load(archive: zipfile.ZipFile, name: str, kinds: str, wanted: str) -> np.ndarray:
-    """Return an array of shape (N, 3) whose type is of one of the kinds."""
+    """Return an array of shape (N, 3) whose dtype is of one of the given kinds."""
     with archive.open(f"{name}.npy") as file:
         shape, dtype = _read_header(file)
     if dtype.kind not in kinds or len(shape) != 2 or shape[1] != 3:
@@ -61,11 +59,9 @@ def _load(archive: zipfile.ZipFile, name: str, kinds: str, wanted: str) -> np.nd
 
 
 def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
-    """Return the name of the array that holds the points."""
-    for name in ("points", "vertices"):
-        if name in shapes:
-            return name
-    names = [name for name, shape in shapes.items() if shape and len(shape) == 2 and shape[1] == 3]
+    """Return the name of the array that contains the points."""
+    names = [name for name in ("points", "vertices") if name in shapes][:1]
+    names = names or [name for name, shape in shapes.items() if shape and len(shape) == 2 and shape[1] == 3]
     if len(names) != 1:
         others = ", ".join(sorted(shapes)[:8]) or "none"
         raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {others}")
@@ -73,7 +69,7 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
 
 
 def read_npz(source: Source) -> Geometry:
-    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    """Return the vertices (N, 3) and triangles (M, 3); a cloud has no triangles."""
     with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
         require_members(archive)
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
@@ -99,13 +95,12 @@ def read_npy(source: Source) -> Geometry:
 
 
 class Archive(Mapping[str, np.ndarray]):
-    """The arrays of an archive by name, each unpacked whenever it is asked for; pickled objects are refused.
+    """The arrays of an archive by name, each unpacked on every access; pickled objects are refused.
 
     Raises
     ------
     one of DAMAGE
-        If it is no archive, or unpacks to more than `files.MAX_UNPACKED_BYTES`; of an array that is not whole, when it
-        is asked for.
+        If it is not an archive, or unpacks to more than `files.MAX_UNPACKED_BYTES`; on access, if an array is damaged.
     """
 
     def __init__(self, data: bytes):
@@ -131,21 +126,21 @@ class Archive(Mapping[str, np.ndarray]):
 
 
 def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
-    """Return where an entry lies in a folder, by default the cache."""
+    """Return the path of an entry in a folder, by default the cache."""
     return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
 
 
 def read_entry(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray] | None:
-    """Return an entry's arrays, all or those of some names, or None where there is none that is whole."""
+    """Return the arrays of an entry, all or the named ones; None if it is missing or damaged."""
     try:
         archive = Archive(path.read_bytes())
         return {name: archive[name] for name in names or archive}
     except DAMAGE:
-        return None  # absent, or cut short by an earlier crash: computed again
+        return None  # damaged entries, such as by an earlier crash, are computed again
 
 
 def write_entry(path: Path, arrays: dict[str, np.ndarray]):
-    """Write an entry if that is possible: a full or read-only disk costs the cache, not the run."""
+    """Write an entry if possible; with a full or read-only disk the run goes on without the cache."""
     with suppress(OSError):
         write_whole(path, packed(arrays))
 
@@ -153,7 +148,7 @@ def write_entry(path: Path, arrays: dict[str, np.ndarray]):
 def packed(arrays: dict[str, np.ndarray]) -> bytes:
     """Return arrays as a compressed NPZ file; the same arrays give the same bytes.
 
-    At zlib's first level, which numpy does not offer: a fifth of the time of its usual one, and entries no larger.
+    The compression level is 1, which numpy does not offer: a fifth of the time of the default level, and no larger.
     """
     buffer = io.BytesIO()
     try:
@@ -162,7 +157,7 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
                     np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
     except ValueError as error:
-        # Interrupted between two of its lines, zipfile cannot close its archive, and says that instead.
+        # If zipfile is interrupted, it cannot close its archive and raises ValueError instead.
         if isinstance(error.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         raise
@@ -177,7 +172,7 @@ def cached_check(content: str, name: str, check: Callable[[], bool], home: Path 
 def computed_once(
     entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the arrays of a cache entry, all or those of some names; computed and written if there is none."""
+    """Return the arrays of a cache entry, all or the named ones; a missing entry is computed and written."""
     arrays = read_entry(entry, names)
     if arrays is None:
         arrays = compute()

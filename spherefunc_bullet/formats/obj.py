@@ -1,7 +1,7 @@
-"""OBJ: vertices and faces of all objects and groups; materials are not opened.
+"""OBJ: vertices and faces of all objects and groups; materials are not read.
 
-Not trimesh's reader: it takes relative indices (``f -3 -2 -1``) from the last vertex of the file instead of
-from the last vertex so far, which scrambles files of several objects.
+We do not use trimesh's reader: it counts relative indices (``f -3 -2 -1``) from the last vertex of the file instead of
+from the last vertex so far, which scrambles files with several objects.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .sources import Geometry, Source, fan_triangles
 
 
 def _corner(word: str, vertex_count: int) -> int:
-    """Return the vertex number of ``7``, ``7/1``, ``7//3`` or, from the last vertex so far, ``-1``."""
+    """Return the vertex index, from 0, of ``7``, ``7/1``, ``7//3`` or, counted from the last vertex so far, ``-1``."""
     number = int(word.split("/", 1)[0])
     corner = number - 1 if number > 0 else vertex_count + number
     if number == 0 or corner < 0:
@@ -26,7 +26,7 @@ def _corner(word: str, vertex_count: int) -> int:
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the words of each line, comments left out, lines that are continued joined."""
+    """Yield the number and the words of each line, without comments; continued lines are joined."""
     joined = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").replace(b"\r", b"\n")
     start, number = 0, 0
     while start < len(joined):
@@ -38,13 +38,13 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
 
 
 def read_obj(source: Source) -> Geometry:
-    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    """Return the vertices (N, 3) and triangles (M, 3); a cloud has no triangles."""
     points, groups = read_groups(source.data)
     return Geometry(points, np.concatenate(groups))
 
 
 def read_groups(data: bytes) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return the vertices (N, 3) of a file, and the triangles (M, 3) of each group or object in it, also of none."""
+    """Return the vertices (N, 3) of a file and the triangles (M, 3) of each group, starting with those in no group."""
     require_text_size(data)
     vertices, counts, corners, begins = array("d"), array("q"), array("q"), []
     for number, words in _lines(data):

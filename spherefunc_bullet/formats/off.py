@@ -15,10 +15,10 @@ _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")
 
 
 def read_off(source: Source) -> Geometry:
-    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    """Return the vertices (N, 3) and triangles (M, 3); a cloud has no triangles."""
     data = source.data
     require_text_size(data)
-    # Comments are in any language, numbers are not.
+    # Comments may be in any encoding, numbers are ASCII.
     text = re.sub(r"#[^\n]*", "", data.removeprefix(b"\xef\xbb\xbf").decode("latin-1"))
     header = _HEADER.match(text)
     if header is None:
@@ -40,7 +40,7 @@ def read_off(source: Source) -> Geometry:
 
 
 def _numbers(kind: type, words: list[str], count: int) -> list:
-    """Return this many words as numbers."""
+    """Return ``count`` words as numbers, or raise FormatError if there are fewer."""
     if len(words) != count:
         raise FormatError(f"expected {count} numbers in a line, got {len(words)}; is the file cut off?")
     return [kind(word) for word in words]

@@ -1,7 +1,7 @@
 """PLY, ASCII and binary, meshes and clouds.
 
-Not trimesh's reader: it takes the first face's corner count for all of a binary file's faces, so that a mesh
-of triangles and quads is refused or, where the lengths happen to agree, misread.
+We do not use trimesh's reader: it takes the corner count of the first face for all faces of a binary file, so that a
+mesh of triangles and quads is refused or, if the lengths happen to agree, misread.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FACE_LISTS = ("vertex_indices", "vertex_index")
 class _Property:
     name: str
     kind: str  # numpy type of the value, or of the items of a list
-    count_kind: str = ""  # numpy type of a list's length; empty: no list
+    count_kind: str = ""  # numpy type of a list's length; empty if it is not a list
 
 
 @dataclass
@@ -40,7 +40,7 @@ class _Element:
 
 
 def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
-    """Return the byte order ("" for ASCII), the elements, and where the body begins."""
+    """Return the byte order ("" for ASCII), the elements, and the offset of the body."""
     end = re.search(rb"(?:^|\n)[ \t]*end_header[ \t]*(?:\r\n|\n|\r)", data[: 1 << 20])
     if not data.startswith(b"ply") or end is None:
         raise FormatError("expected a PLY header from 'ply' to 'end_header', found none; is it a PLY file?")
@@ -62,7 +62,7 @@ def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
 
 
 def _row_dtype(element: _Element, order: str, lengths: dict[str, int]) -> np.dtype:
-    """Return the layout of a row whose lists have the given lengths."""
+    """Return the dtype of a row whose lists have the given lengths."""
     fields = []
     for prop in element.properties:
         if prop.count_kind:
@@ -74,13 +74,13 @@ def _row_dtype(element: _Element, order: str, lengths: dict[str, int]) -> np.dty
 
 
 class _BinaryBody:
-    """Takes values of stated types off the bytes after the header."""
+    """Reads values of given types from the bytes after the header."""
 
     def __init__(self, data: bytes, start: int, order: str):
         self.data, self.position, self.order = data, start, order
 
     def room(self, element: _Element) -> int:
-        """Return how many rows of an element the rest could hold, its lists empty."""
+        """Return how many rows of an element the remaining bytes could hold if its lists were empty."""
         sizes = (np.dtype(prop.count_kind or prop.kind).itemsize for prop in element.properties)
         return (len(self.data) - self.position) // max(1, sum(sizes))
 
@@ -90,7 +90,7 @@ class _BinaryBody:
         return values
 
     def table(self, element: _Element) -> np.ndarray | None:
-        """Return all rows at once if their lists are as long as those of the first row, else None."""
+        """Return all rows at once if their lists have the same lengths as those of the first row, else None."""
         start, lengths = self.position, {}
         for prop in element.properties:
             lengths[prop.name] = int(self.take(prop.count_kind or prop.kind, 1)[0])
@@ -108,12 +108,12 @@ class _BinaryBody:
 
 
 class _TextBody(_BinaryBody):
-    """The same for numbers in text; a row is then as many numbers as its values and list lengths."""
+    """The same for numbers as text: values and list lengths are all numbers of one array."""
 
     def __init__(self, data: bytes, start: int):
         require_text_size(data)
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # numpy stops at what is no number, with a warning only
+            warnings.simplefilter("error")  # numpy stops at anything that is not a number, and only warns
             numbers = np.fromstring(data[start:].decode("ascii"), sep=" ")
         super().__init__(numbers.tobytes(), 0, "")
 
@@ -141,7 +141,7 @@ def _rows_one_by_one(body: _BinaryBody, element: _Element) -> dict[str, list]:
 
 
 def _read_element(body: _BinaryBody, element: _Element) -> dict[str, list] | np.ndarray:
-    """Return an element's columns."""
+    """Return the columns of an element."""
     if not 0 <= element.count <= body.room(element):
         raise FormatError(f"expected {element.count} of '{element.name}', more than the file holds; is it cut off?")
     if not element.count or not element.properties:
@@ -162,7 +162,7 @@ def _triangles(columns: dict[str, list] | np.ndarray, element: _Element) -> np.n
 
 
 def _colors(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | None:
-    """Return the vertices' colours (N, 3) uint8; where they are declared as real numbers, 1 is the brightest."""
+    """Return the colours of the vertices (N, 3) uint8, None if there are none; floats range from 0 to 1."""
     kinds = {prop.name: prop.kind for prop in element.properties if not prop.count_kind}
     if not all(name in kinds for name in ("red", "green", "blue")):
         return None
@@ -170,14 +170,8 @@ def _colors(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | N
     return np.clip(channels * (255 if kinds["red"][0] == "f" else 1), 0, 255).astype(np.uint8)
 
 
-def _labels(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | None:
-    """Return the vertices' labels (N,) int64, if they have any."""
-    has = any(prop.name == "label" and not prop.count_kind for prop in element.properties)
-    return np.asarray(columns["label"]).astype(np.int64) if has else None
-
-
 def read_ply(source: Source) -> Geometry:
-    """Return the vertices (N, 3), triangles (M, 3), none for a cloud, and the vertices' colours and labels."""
+    """Return the vertices (N, 3) with their colours and labels, and the triangles (M, 3); a cloud has no triangles."""
     data = source.data
     order, elements, start = _parse_header(data)
     declared = {element.name: element.count for element in elements}
@@ -188,7 +182,9 @@ def read_ply(source: Source) -> Geometry:
         columns = _read_element(body, element)
         if element.name == "vertex" and element.count:
             vertices = np.column_stack([np.asarray(columns[axis], dtype=np.float64) for axis in "xyz"])
-            geometry = Geometry(vertices, colors=_colors(columns, element), labels=_labels(columns, element))
+            has_labels = any(prop.name == "label" and not prop.count_kind for prop in element.properties)
+            labels = np.asarray(columns["label"]).astype(np.int64) if has_labels else None
+            geometry = Geometry(vertices, colors=_colors(columns, element), labels=labels)
         elif element.name == "face" and element.count:
             geometry = replace(geometry, faces=_triangles(columns, element))
         elif element.name == "tristrips" and element.count:
@@ -200,14 +196,14 @@ _WRITTEN = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
 
 
 def ply_bytes(points: np.ndarray, comment: str, **attributes: np.ndarray) -> bytes:
-    """Return points (N, 3) as a binary PLY, coordinates as float32.
+    """Return points (N, 3) as a binary PLY file with coordinates in float32.
 
     Parameters
     ----------
     comment : str
         One line of the header.
     **attributes : (N,) uint8 or int32
-        What the file says of each point beside, by the property's name.
+        Further properties of each point, by name.
     """
     columns = dict(zip("xyz", points.T, strict=True)) | attributes
     kinds = {name: "<f4" for name in "xyz"} | {name: values.dtype.str for name, values in attributes.items()}

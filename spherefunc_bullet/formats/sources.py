@@ -1,7 +1,7 @@
-"""The one way to an object's files: every file that a reader gets comes from here, and is hashed here as well.
+"""Sources: all files that readers read are opened here, and hashed here as well.
 
-A reader is given a source and opens nothing itself. The files that a file names (a URDF's meshes, the buffers of a
-glTF) are sources again, so what names an entry of the cache covers all that was read.
+A reader gets a source and opens no files itself. The files that a file names (the meshes of a URDF, the buffers of a
+glTF) are sources too, so the hash that names a cache entry covers everything that was read.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import importlib
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -21,15 +21,15 @@ from ..errors import InputError, one_line
 from . import FormatError
 from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
-# Endings of files that name others: the module of their reader has `named_sources`, which gives these by their names.
+# Formats whose files name other files; the module of their reader has a function `named_sources` that returns them.
 NAMING = (".gltf", ".glb", ".urdf")
-# First bytes that no reader but the one for the named ending takes.
+# First bytes by which a file with the wrong ending is recognised.
 _SIGNATURES = {
     b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
     b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
     b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY",
 }  # fmt: skip
-# By ending: the module in ``formats`` and its function; imported only when such a file is read.
+# The module in ``formats`` and its function for each ending; imported when the first such file is read.
 READERS = {
     ".ply": ("ply", "read_ply"),
     ".pcd": ("points.pcd", "read_pcd"),
@@ -54,14 +54,14 @@ READERS = {
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A file that is read: its bytes, once, and the files that it names."""
+    """A file to be read: its bytes, which are read once, and the files that it names."""
 
     path: Path
-    kind: str  # the ending of the format that it is read as, in lower case; empty: bytes alone
+    kind: str  # ending of the format as which it is read, in lower case; empty for plain bytes
 
     @cached_property
     def data(self) -> bytes:
-        """The bytes; InputError if there are none to be had, or they are another format's."""
+        """The bytes; InputError if they cannot be read or are those of another format."""
         shown = one_line(self.path)
         require_file(self.path)
         try:
@@ -77,7 +77,7 @@ class Source:
 
     @cached_property
     def named(self) -> dict[str, Source]:
-        """The sources that it names, by those names; InputError if one is not there, or may not be read."""
+        """The sources that the file names, by name; InputError if one is missing or may not be read."""
         if self.kind not in NAMING:
             return {}
         module, _ = READERS[self.kind]
@@ -87,13 +87,13 @@ class Source:
         return named
 
     def parts(self) -> Iterator[Source]:
-        """Yield itself, the sources that it names, and those that they name, in the same order every time."""
+        """Yield the source itself and, recursively, the sources that it names, in a fixed order."""
         yield self
         for name in sorted(self.named):
             yield from self.named[name].parts()
 
     def digests(self) -> Iterator[bytes]:
-        """Yield what tells it from all others: the hash of its bytes, then the name and digests of each it names."""
+        """Yield bytes that identify the content: the hash of the file, then name and digests of each file it names."""
         yield hashlib.sha256(self.data).digest()
         for name in sorted(self.named):
             yield f"[{name!r}".encode()
@@ -102,21 +102,21 @@ class Source:
 
 
 def as_source(file: str | Path | Source) -> Source:
-    """Return the source of a file that is read as its ending says."""
+    """Return the source of a file, to be read as the format of its ending."""
     return file if isinstance(file, Source) else Source(Path(file), Path(file).suffix.lower())
 
 
 def inside(place: Path, trees: Sequence[Path]) -> Path | None:
-    """Return where a path leads, all links followed; None if nothing is there, or it is in none of the folders."""
+    """Return the path with all links resolved; None if there is no such file, or it is in none of the folders."""
     try:
         target = place.resolve()
-    except (OSError, ValueError, RuntimeError):  # too long, a null byte, links in a circle
+    except (OSError, ValueError, RuntimeError):  # too long, a null byte, circular links
         return None
     return target if os.path.exists(target) and any(target.is_relative_to(tree) for tree in trees) else None
 
 
 def _require_total_size(path: Path, named: dict[str, Source]) -> None:
-    """Raise InputError for files that are no ordinary ones, or too large together; nothing of them is read."""
+    """Raise InputError for files that are not regular, or too large in total, without reading them."""
     files = {source.path for source in named.values()}
     for file in files:
         require_file(file)
@@ -127,7 +127,7 @@ def _require_total_size(path: Path, named: dict[str, Source]) -> None:
 
 
 def _require_own_signature(data: bytes, kind: str, name: str) -> None:
-    """Raise InputError for a file whose first bytes are another format's than its ending's."""
+    """Raise InputError for a file whose first bytes belong to another format than its ending."""
     found = next((found for magic, found in _SIGNATURES.items() if data.startswith(magic)), None)
     expected = kind[1:].upper()
     is_binary_stl = expected == "STL" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
@@ -139,50 +139,44 @@ def _require_own_signature(data: bytes, kind: str, name: str) -> None:
 class Geometry:
     """A mesh or a cloud, in the file's own units and axes."""
 
-    vertices: np.ndarray  # (N, 3) float64; of a cloud NaN where a sensor saw nothing
-    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))  # (M, 3) int64; none: a cloud
+    vertices: np.ndarray  # (N, 3) float64; in a cloud, NaN where the sensor measured nothing
+    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))  # (M, 3) int64; empty for a cloud
     colors: np.ndarray | None = None  # (N, 3) uint8
     labels: np.ndarray | None = None  # (N,) int64
 
     def checked(self) -> Geometry:
-        """Return the same as contiguous arrays, or raise FormatError for what is no mesh and no cloud."""
+        """Return the geometry as contiguous arrays, or raise FormatError if it is neither a mesh nor a cloud."""
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
         faces = np.ascontiguousarray(self.faces, dtype=np.int64)
-        _require_consistent(vertices, faces)
-        return Geometry(vertices, faces, self.colors, self.labels)
-
-
-def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Raise FormatError for arrays that are no mesh and no cloud."""
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
-        raise FormatError(f"expected vertices or points, got {len(vertices)}; is the file empty?")
-    require_counts(vertices=len(vertices), triangles=len(faces))
-    if not len(faces):
-        return
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        wrong = faces.min() if faces.min() < 0 else faces.max()
-        raise FormatError(f"expected faces of its {len(vertices)} vertices, got one of number {wrong}; is it damaged?")
-    broken = int((~np.isfinite(vertices)).any(axis=1).sum())
-    if broken:
-        raise FormatError(f"expected finite vertices, got NaN or infinity in {broken} of {len(vertices)}; repair it")
+        count = len(vertices)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not count:
+            raise FormatError(f"expected vertices or points, got {count}; is the file empty?")
+        require_counts(vertices=count, triangles=len(faces))
+        if len(faces):
+            if faces.min() < 0 or faces.max() >= count:
+                wrong = faces.min() if faces.min() < 0 else faces.max()
+                raise FormatError(f"expected faces of its {count} vertices, got one of number {wrong}; is it damaged?")
+            if broken := int((~np.isfinite(vertices)).any(axis=1).sum()):
+                raise FormatError(f"expected finite vertices, got NaN or infinity in {broken} of {count}; repair it")
+        return replace(self, vertices=vertices, faces=faces)
 
 
 def joined_meshes(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices (N, 3) and faces (M, 3) of several parts together, in one frame, each with its own."""
+    """Return the vertices (N, 3) and faces (M, 3) of several parts as one mesh."""
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
     faces = [faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)]
     return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
 
 
 def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the triangles of polygons, each a fan around its first corner (exact for convex ones).
+    """Return the triangles of polygons, each divided into a fan around its first corner (exact for convex polygons).
 
     Parameters
     ----------
     counts : (P,) int
-        Corners of each polygon, at least 1; those of 1 or 2, which some programs write, have no surface.
+        Number of corners of each polygon, at least 1; those with 1 or 2, which some programs write, have no surface.
     corners : (sum of counts,) int
-        The polygons' vertex numbers, one after the other.
+        Vertex numbers of all polygons, one polygon after the other.
 
     Returns
     -------
@@ -211,25 +205,25 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     ----------
     file : str, Path or Source
         PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the
-        ending. Polygons are cut into triangles; the parts of a scene become one object in the scene's frame.
+        ending. Polygons are divided into triangles; the parts of a scene become one object in the scene's frame.
 
     Returns
     -------
     Geometry
-        In the file's own units and axes, but in metres and z up of a DAE and in metres of a 3MF, which say theirs; with
-        the colours of its vertices and their labels where a PLY or PCD has them.
-        The points of a cloud may be NaN, where a sensor saw nothing; the vertices of a mesh are finite.
+        In the file's own units and axes, except that DAE, which states both, comes in metres with z up, and 3MF, which
+        states its unit, in metres; with the colours and labels of the vertices if a PLY or PCD file has them. The
+        points of a cloud may be NaN where the sensor measured nothing; the vertices of a mesh are finite.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is not what its ending says, or damaged, or too large.
+        If the file does not exist, is damaged or too large, or is not of the format of its ending.
     """
     source = as_source(file)
     if source.kind not in READERS and not os.path.isdir(source.path):
         endings, name = ", ".join(READERS), one_line(source.path)
         raise InputError(f"{name}: expected one of {endings}, got '{source.path.suffix}'; convert it")
-    source.data  # noqa: B018 - whether there is a file comes first, as whether its reader is installed comes later
+    source.data  # noqa: B018 - a missing file is reported before a missing reader
     with refusing(source.path), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         module, name = READERS[source.kind]

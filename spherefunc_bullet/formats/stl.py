@@ -11,7 +11,7 @@ from .sources import Geometry, Source
 
 
 def _count_facets(data: bytes) -> int | None:
-    """Return how many facets an ASCII file begins, None for a binary one."""
+    """Return the number of facets that an ASCII file starts; None for a binary file."""
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         require_counts(triangles=int.from_bytes(data[80:84], "little"))
         return None
@@ -23,7 +23,7 @@ def _count_facets(data: bytes) -> int | None:
 
 
 def read_stl(source: Source) -> Geometry:
-    """Return the vertices (N, 3), repeated for each face, and triangles (M, 3)."""
+    """Return the vertices (N, 3), repeated for each face, and the triangles (M, 3)."""
     data = source.data
     facets = _count_facets(data)
     meshes = list(scene_of(data, "stl").geometry.values())  # one for each 'solid'; STL has no transforms

@@ -1,4 +1,4 @@
-"""3DS, read by assimp, once its chunks are known to fit into each other."""
+"""3DS, read by assimp after a check that its chunks fit into each other."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _word(data: bytes, position: int) -> int:
 
 
 def _chunks(data: bytes, start: int, end: int) -> Iterator[tuple[int, int, int]]:
-    """Yield the identifier, begin and end of each chunk between two positions, or raise FormatError."""
+    """Yield the identifier, start and end of each chunk between two positions, or raise FormatError."""
     while start < end:
         size = int.from_bytes(data[start + 2 : start + 6], "little")
         if size < 6 or start + size > end:
@@ -31,7 +31,7 @@ def _chunks(data: bytes, start: int, end: int) -> Iterator[tuple[int, int, int]]
 
 
 def _require_list(data: bytes, item_size: int, start: int, end: int) -> int:
-    """Return how many items a list has, or raise FormatError if it declares more than its chunk holds."""
+    """Return the number of items in a list, or raise FormatError if it declares more than its chunk holds."""
     count = _word(data, start)
     if start + 2 + count * item_size > end:
         raise FormatError(_DAMAGED.format(f"a list of {count} in {end - start} bytes"))
@@ -39,7 +39,7 @@ def _require_list(data: bytes, item_size: int, start: int, end: int) -> int:
 
 
 def _require_mesh(data: bytes, start: int, end: int) -> None:
-    """Raise FormatError unless a mesh's lists fit and its faces name vertices that it has."""
+    """Raise FormatError unless the lists of a mesh fit and its faces refer to vertices that exist."""
     vertex_count, corners = 0, np.empty(0)
     for identifier, begin, stop in _chunks(data, start, end):
         if identifier == _VERTICES:
@@ -52,9 +52,9 @@ def _require_mesh(data: bytes, start: int, end: int) -> None:
 
 
 def _require_chunks(data: bytes, start: int, end: int) -> None:
-    """Raise FormatError unless the chunks between two positions, and those inside them, fit."""
+    """Raise FormatError unless the chunks between two positions fit, and so do the chunks inside them."""
     for identifier, begin, stop in _chunks(data, start, end):
-        if identifier == _OBJECT:  # begins with its name and a zero
+        if identifier == _OBJECT:  # starts with its name and a zero
             begin = data.find(b"\0", begin, stop) + 1 or stop
         if identifier == _MESH:
             _require_mesh(data, begin, stop)
@@ -71,10 +71,10 @@ def read_3ds(source: Source) -> Geometry:
         raise FormatError("expected a 3DS file, which begins with 'MM', found another; is it a 3DS file?")
     _require_chunks(data, 0, len(data))
     flags = assimp_py.Process_Triangulate | assimp_py.Process_PreTransformVertices
-    with TemporaryDirectory() as folder:  # assimp takes a path alone: it gets the bytes that were looked at
+    with TemporaryDirectory() as folder:  # assimp reads from a path only; it gets the bytes that were checked
         (Path(folder) / "object.3ds").write_bytes(data)
         meshes = assimp_py.import_file(f"{folder}/object.3ds", flags).meshes
     parts = [(np.array(mesh.vertices, np.float64), np.array(mesh.indices, np.int64)) for mesh in meshes]
     vertices, faces = joined_meshes([(points.reshape(-1, 3), faces.reshape(-1, 3)) for points, faces in parts])
-    x, z, y = vertices.T  # assimp turns 3DS, which is z up, to y up
+    x, z, y = vertices.T  # assimp rotates 3DS, which is z up, to y up
     return Geometry(np.column_stack([x, -y, z]), faces)

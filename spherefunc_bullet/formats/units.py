@@ -1,4 +1,4 @@
-"""Lengths, durations and amounts of memory as people write them; in metres, seconds and bytes inside."""
+"""Lengths, masses, durations and amounts of memory as text; internally in metres, kilograms, seconds and bytes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import time
 
 from ..errors import InputError, explaining
 
-BY_FILE = "file"  # the axis that a file's format has pointing up: y for glTF, z for those that say nothing
+BY_FILE = "file"  # the up axis of the file's format: y for glTF, z for formats that do not define one
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*")
 KILOGRAMS = {"": 1.0, "kg": 1.0, "g": 0.001}
@@ -27,12 +27,12 @@ def parse_length(text: str | float) -> float:
     Parameters
     ----------
     text : str or float
-        A number with an optional unit out of m, cm, mm, in; without one, metres.
+        A number with an optional unit, m, cm, mm or in; without one, metres.
 
     Raises
     ------
     InputError
-        If it is no length, or not positive and finite.
+        If it is not a length, or not positive and finite.
 
     Examples
     --------
@@ -49,12 +49,12 @@ def parse_length(text: str | float) -> float:
 
 
 def parse_lengths(text: str) -> tuple[float, ...]:
-    """Return the lengths of a comma-separated list, in metres, ascending and without repeats.
+    """Return the lengths of a comma-separated list, in metres, ascending and without duplicates.
 
     Raises
     ------
     InputError
-        If there is none, or one of them is no length.
+        If the list is empty, or one of its parts is not a length.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def parse_lengths(text: str) -> tuple[float, ...]:
 
 
 def parse_numbers(option: str, text: str, expected: str) -> tuple[float, ...]:
-    """Return an option's numbers, separated by commas.
+    """Return the comma-separated numbers of an option.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def parse_numbers(option: str, text: str, expected: str) -> tuple[float, ...]:
 
 
 def format_length(metres: float) -> str:
-    """Return a length as people read it.
+    """Return a length as text with a suitable unit.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def format_length(metres: float) -> str:
 
 
 def parse_duration(text: str | None) -> float:
-    """Return seconds; without a text, as many as it takes.
+    """Return a duration in seconds; infinite if there is no text.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def parse_duration(text: str | None) -> float:
 
 
 def parse_memory(text: str | None) -> int | None:
-    """Return bytes; without a text, None.
+    """Return an amount of memory in bytes; None if there is no text.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def parse_memory(text: str | None) -> int | None:
 
 
 def parse_mass(text: str) -> float:
-    """Return kilograms.
+    """Return a mass in kilograms.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def parse_mass(text: str) -> float:
 
 
 def format_mass(kilograms: float) -> str:
-    """Return a mass as people say it, to two digits.
+    """Return a mass as text, rounded to two digits.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def format_mass(kilograms: float) -> str:
 
 
 def _amount(text: str, units: dict[str, int] | dict[str, float], wanted: str) -> float:
-    """Return a number with a unit in the smallest unit; it is above zero."""
+    """Return a positive number in the base unit."""
     match = _AMOUNT.fullmatch(text.lower())
     value = float(match[1]) * units[match[2]] if match and match[2] in units else 0.0
     if not 0 < value < math.inf:
@@ -147,21 +147,21 @@ def _amount(text: str, units: dict[str, int] | dict[str, float], wanted: str) ->
 
 
 class Stopwatch:
-    """The seconds that each step took, in order."""
+    """Measures the seconds that each step takes, in order."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def lap(self, step: str):
-        """Book the time since the last call under a step's name."""
+        """Add the time since the last call to the step of this name."""
         now = time.perf_counter()
         self.seconds[step] = self.seconds.get(step, 0.0) + now - self._last
         self._last = now
 
 
 def format_duration(seconds: float) -> str:
-    """Return a duration as people read it.
+    """Return a duration as text with suitable units.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def format_duration(seconds: float) -> str:
 
 
 def format_memory(size: float) -> str:
-    """Return an amount of memory as people read it.
+    """Return an amount of memory as text with a suitable unit.
 
     Examples
     --------

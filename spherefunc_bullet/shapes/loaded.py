@@ -19,7 +19,7 @@ from ..errors import InputError, explaining, one_line
 from ..formats.files import refusing
 from ..formats.obj import read_groups
 from ..formats.scenes.parts import plain_xml, primitive
-from ..formats.scenes.urdf import find_mesh
+from ..formats.scenes.urdf import find_mesh, geometry_part
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .solid import Solid, of_pieces, surface
 
@@ -108,10 +108,8 @@ def urdf_links(path: Path) -> dict[str, list[Placed]]:
 
 def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the hulls that one collision element becomes, by their points, or its whole mesh."""
-    from ..formats.scenes.urdf import _part
-
     if shape.mesh is None:
-        return [_part(shape, lambda name: None)]
+        return [geometry_part(shape, lambda name: None)]
     target = find_mesh(shape.mesh.filename, folder)
     if target is None:
         raise InputError(f"collision mesh {shape.mesh.filename[:80]!r}: expected in the file's folder or its package")

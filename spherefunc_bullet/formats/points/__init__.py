@@ -1,1 +1,1 @@
-"""Formats of points without faces."""
+"""Formats for point clouds, which have no faces."""

@@ -1,4 +1,4 @@
-"""LAS and LAZ, read by laspy: points alone."""
+"""LAS and LAZ, read by laspy: points only."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from .. import FormatError
 from ..files import require_counts, require_unpacked
 from ..sources import Geometry, Source
 
-_RECORD, _LONG_RECORD = 54, 60  # bytes at least, of what the header counts beside the points
+_RECORD, _LONG_RECORD = 54, 60  # minimum size in bytes of the records that the header counts besides the points
 
 
 def _require_records(data: bytes) -> None:
-    """Raise FormatError for more records than the file can hold; laspy would make as many as the header says."""
+    """Raise FormatError for more records than the file can hold; laspy would allocate as many as the header says."""
     if len(data) < 247:
         raise FormatError("expected a LAS header, the file is shorter; is it cut off?")
     size = _RECORD * struct.unpack_from("<I", data, 100)[0]
@@ -24,7 +24,7 @@ def _require_records(data: bytes) -> None:
 
 
 def _require_chunks(data: bytes, start: int) -> None:
-    """Raise FormatError unless the table of a LAZ file's chunks fits into it; lazrs ends the process otherwise."""
+    """Raise FormatError unless the chunk table of a LAZ file fits into it; lazrs would abort the process."""
     table = struct.unpack_from("<q", data, start)[0] if start + 8 <= len(data) else -1
     if not start + 8 <= table <= len(data) - 8:
         raise FormatError("expected a table of its chunks at the end, found none; is the file cut off?")
@@ -35,7 +35,7 @@ def _require_chunks(data: bytes, start: int) -> None:
 def read_las(source: Source) -> Geometry:
     """Return the points (N, 3), scaled and shifted as the file says."""
     import laspy
-    import lazrs  # noqa: F401 - laspy does without it until it needs it
+    import lazrs  # noqa: F401 - laspy imports it only for compressed files
 
     data = source.data
     _require_records(data)

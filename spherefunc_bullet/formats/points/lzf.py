@@ -1,4 +1,4 @@
-"""LZF unpacking, the compression inside PCD files."""
+"""Decompression of LZF, which PCD files use."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numba import njit
 
 @njit(cache=True)
 def unpack(packed, out):
-    """Unpack LZF bytes and return how many came, or -1 if they are damaged.
+    """Unpack LZF bytes and return the number of unpacked bytes, or -1 if the input is damaged.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ def unpack(packed, out):
     while source < len(packed):
         control = int(packed[source])
         source += 1
-        if control < 32:  # a run of control + 1 bytes as they are
+        if control < 32:  # a run of control + 1 literal bytes
             length = control + 1
             if source + length > len(packed) or target + length > len(out):
                 return -1
@@ -37,7 +37,7 @@ def unpack(packed, out):
         source += 1
         if origin < 0 or target + length > len(out):
             return -1
-        for step in range(length):  # byte by byte: a run may repeat what it is just writing
+        for step in range(length):  # byte by byte: a run may overlap with its own output
             out[target + step] = out[origin + step]
         target += length
     return target

@@ -1,7 +1,6 @@
-"""PCD, the point cloud format of PCL: ASCII, binary and compressed, organised or not.
+"""PCD, the point cloud format of PCL: ASCII, binary and compressed (LZF), organised or not.
 
-Not Open3D's reader: it returns an empty cloud for a damaged file without a word, and takes two seconds to
-import. The format's compression is LZF.
+We do not use Open3D's reader: it silently returns an empty cloud for a damaged file, and takes two seconds to import.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from ..files import require_counts, require_text_size, require_unpacked
 from ..sources import Geometry, Source
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
-_KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use
-_MAX_RATIO = 300  # LZF packs at most 264 bytes into 3, or the sizes are damaged
+_KEPT = ("x", "y", "z", "rgb", "rgba")  # the fields that we read
+_MAX_RATIO = 300  # LZF packs at most 264 bytes into 3; larger ratios mean that the sizes are damaged
 
 
 def _parse_header(data: bytes) -> tuple[dict[str, list[str]], int]:
-    """Return the header's words by key and where the body begins."""
+    """Return the words of the header by key, and the offset of the body."""
     header, position = {}, 0
     while "DATA" not in header:
         end = data.find(b"\n", position, position + 65536)
@@ -34,7 +33,7 @@ def _parse_header(data: bytes) -> tuple[dict[str, list[str]], int]:
 
 
 def _row_dtype(header: dict[str, list[str]]) -> np.dtype:
-    """Return the layout of one point; fields without a use may be called ``_``, several times."""
+    """Return the dtype of one point; several fields may be called ``_``, so fields that we do not read are numbered."""
     names = header["FIELDS"]
     counts = header.get("COUNT", ["1"] * len(names))
     fields = []
@@ -44,23 +43,17 @@ def _row_dtype(header: dict[str, list[str]]) -> np.dtype:
     return np.dtype(fields)
 
 
-def _unpack_lzf(packed: bytes, size: int) -> np.ndarray:
-    """Return ``size`` bytes unpacked from LZF."""
+def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
+    """Return the columns of a compressed body, which stores the values of each field together."""
     from .lzf import unpack
 
-    out = np.empty(size, dtype=np.uint8)
-    if unpack(np.frombuffer(packed, dtype=np.uint8), out) != size:
-        raise FormatError("expected compressed points, could not unpack them; is the file damaged?")
-    return out
-
-
-def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
-    """Return the columns of a compressed body, where each field's values stand together."""
-    packed_size, size = (int(value) for value in np.frombuffer(body, "<u4", 2))
+    packed_size, size = np.frombuffer(body, "<u4", 2).tolist()
     if size != count * dtype.itemsize or packed_size > len(body) - 8 or size > _MAX_RATIO * max(packed_size, 1):
         raise FormatError(f"expected {count} compressed points, their sizes do not agree; is the file damaged?")
     require_unpacked(size)
-    unpacked = _unpack_lzf(body[8 : 8 + packed_size], size)
+    unpacked = np.empty(size, np.uint8)
+    if unpack(np.frombuffer(body, np.uint8, packed_size, 8), unpacked) != size:
+        raise FormatError("expected compressed points, could not unpack them; is the file damaged?")
     columns, position = {}, 0
     for name in dtype.names:
         kind = dtype[name]
@@ -70,7 +63,7 @@ def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, n
 
 
 def _text_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
-    """Return the coordinates of an ASCII body, and the colours where there are any."""
+    """Return the coordinates of an ASCII body, and the colours if there are any."""
     require_text_size(body)
     if count > body.count(b"\n") + 1:
         raise FormatError(f"expected {count} points, got fewer lines; is the file cut off?")
@@ -93,7 +86,7 @@ _BODIES = {"ascii": _text_columns, "binary": _binary_columns, "binary_compressed
 
 
 def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]:
-    """Return the fields by name, rgb packed as the format packs it, and the number of points declared."""
+    """Return the fields by name, with rgb still packed, and the declared number of points."""
     header, start = _parse_header(data)
     missing = [axis for axis in "xyz" if axis not in header["FIELDS"]]
     if missing:
@@ -106,7 +99,7 @@ def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]
 
 
 def _colors(columns: dict[str, np.ndarray] | np.ndarray) -> np.ndarray | None:
-    """Return the colours (N, 3) uint8 that a packed field holds, if there is one."""
+    """Return the colours (N, 3) uint8 of the field rgb or rgba; None if there is neither."""
     names = columns.dtype.names if isinstance(columns, np.ndarray) else columns
     name = next((name for name in ("rgb", "rgba") if name in names), None)
     if name is None:
@@ -117,7 +110,7 @@ def _colors(columns: dict[str, np.ndarray] | np.ndarray) -> np.ndarray | None:
 
 
 def read_pcd(source: Source) -> Geometry:
-    """Return the points (N, 3), those a sensor did not see NaN, and their colours."""
+    """Return the points (N, 3) and their colours; points that the sensor did not measure are NaN."""
     columns, count = point_columns(source.data)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:

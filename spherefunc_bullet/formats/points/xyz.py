@@ -1,6 +1,6 @@
-"""XYZ, CSV and TXT: one point a line; comments are passed over.
+"""XYZ, CSV and TXT: one point per line; comments are skipped.
 
-A heading that names columns x, y and z says where they are. Without one they are the first three.
+A heading may name the columns x, y and z; without one they are the first three columns.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ def _words(line: str) -> list[str]:
 
 
 def _columns(words: list[str]) -> tuple[int, int, int] | None:
-    """Return where a heading says that x, y and z are, whatever else it names; None if it does not."""
+    """Return the indices of the columns x, y and z in a heading; None if it does not name them."""
     names = [word.lower() for word in words]
     return tuple(names.index(axis) for axis in "xyz") if {"x", "y", "z"} <= set(names) else None
 
 
 def _numbers(text: str, columns: tuple[int, int, int], delimiter: str | None) -> np.ndarray:
-    """Return three columns (N, 3) of lines of numbers."""
+    """Return three columns (N, 3) of a text with a row of numbers per line."""
     text = _COMMENT.sub("", text).strip("\r\n")
     if not text.strip():
         raise FormatError("expected lines of three numbers, found none; is the file empty?")

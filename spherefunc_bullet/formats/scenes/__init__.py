@@ -1,1 +1,1 @@
-"""Formats of several parts, each in a frame of its own, which become one object."""
+"""Formats with several parts, each in its own frame, which are joined to one object."""

@@ -1,8 +1,7 @@
-"""DAE (COLLADA), read by trimesh and pycollada: all parts in one frame, turned and scaled as it says itself."""
+"""DAE (COLLADA), read by trimesh and pycollada: all parts in one frame, with the file's own up axis and unit."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,7 +10,7 @@ from .. import FormatError
 from ..sources import Geometry, Source
 from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
-# To z up: the rows are what becomes x, y and z.
+# Rotations to z up: the rows are the axes that become x, y and z.
 _TURNS = {
     "X_UP": [[0, -1, 0], [0, 0, 1], [1, 0, 0]],
     "Y_UP": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
@@ -20,8 +19,8 @@ _TURNS = {
 
 
 def read_dae(source: Source) -> Geometry:
-    """Return the vertices (N, 3), metres and z up by the file's own unit and axis, and triangles (M, 3)."""
-    import collada  # noqa: F401 - trimesh does without it until it needs it
+    """Return the vertices (N, 3) in metres, z up, and the triangles (M, 3)."""
+    import collada  # noqa: F401 - trimesh imports it only when it reads such a file
 
     data = source.data
     tree = plain_xml(data)
@@ -31,8 +30,9 @@ def read_dae(source: Source) -> Geometry:
 
 
 def _instances(tree: ElementTree.Element) -> tuple[dict[str, list[str]], list[str]]:
-    """Return what each node shows, other nodes by name, and the nodes that are shown to begin with."""
-    names = {node: node.get("id") or f"node {n}" for n, node in enumerate(_nodes(tree))}
+    """Return the names of the nodes that each node contains, and those of the top nodes."""
+    nodes = [element for element in tree.iter() if element.tag.rpartition("}")[2] == "node"]
+    names = {node: node.get("id") or f"node {n}" for n, node in enumerate(nodes)}
     children = {
         name: [names[child] for child in node.findall("{*}node")]
         + [link.get("url", "").lstrip("#") for link in node.findall("{*}instance_node")]
@@ -41,12 +41,8 @@ def _instances(tree: ElementTree.Element) -> tuple[dict[str, list[str]], list[st
     return children, [names[node] for node in tree.findall(".//{*}visual_scene/{*}node")]
 
 
-def _nodes(tree: ElementTree.Element) -> Iterator[ElementTree.Element]:
-    return (element for element in tree.iter() if element.tag.rpartition("}")[2] == "node")
-
-
 def _turn(tree: ElementTree.Element) -> np.ndarray:
-    """Return the rotation (3, 3) to z up; a file that says nothing has y up by the standard."""
+    """Return the rotation (3, 3) to z up; without an up axis the standard says y."""
     axis = (tree.findtext("{*}asset/{*}up_axis") or "Y_UP").strip()
     if axis not in _TURNS:
         raise FormatError(f"expected up_axis X_UP, Y_UP or Z_UP, got {axis[:40]!r}; is the file damaged?")

@@ -1,12 +1,11 @@
 """glTF and GLB, read by trimesh: all parts in one frame, without materials.
 
-Trimesh gets the buffers as bytes and cannot open files itself; a buffer outside the file's folder is refused.
+Trimesh receives the buffers as bytes and opens no files itself; buffers outside the folder of the file are refused.
 """
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -16,12 +15,11 @@ from ..sources import Geometry, Source, inside
 from .parts import joined, parts_of, scene_of
 
 Tree = dict[str, Any]  # a part of the file's JSON
-MAX_BYTES = MAX_FILE_BYTES  # of all accessors together: a small file can declare any size
-MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each as often as the scene shows it
+MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each counted as often as the scene shows it
 _ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
-_READABLE_MODES = (0, 1, 4, 5)  # points, lines (passed over), triangles, triangle strips
+_READABLE_MODES = (0, 1, 4, 5)  # points, lines (ignored), triangles, triangle strips
 
 
 def _parse_tree(data: bytes) -> Tree:
@@ -34,7 +32,7 @@ def _parse_tree(data: bytes) -> Tree:
 
 
 def _require_sizes(tree: Tree) -> None:
-    """Raise FormatError for compression that is not read, and for more data than a file can honestly hold."""
+    """Raise FormatError for unsupported compression, and for more data than a file of any size may declare."""
     packed = [name for name in _PACKED if name in tree.get("extensionsUsed", [])]
     if packed:
         raise FormatError(f"expected plain geometry, got {packed[0]}; save it without compression")
@@ -43,8 +41,8 @@ def _require_sizes(tree: Tree) -> None:
         if not isinstance(accessor["count"], int) or accessor["count"] < 0:
             raise FormatError(f"expected accessors with a count, got {accessor['count']!r}; is the file damaged?")
     total = sum(a["count"] * _ITEM_BYTES[a["componentType"]] * _ITEMS[a["type"]] for a in accessors)
-    if total > MAX_BYTES:
-        raise FormatError(f"expected at most {MAX_BYTES >> 20} MiB of geometry, got {total >> 20} MiB declared")
+    if total > MAX_FILE_BYTES:
+        raise FormatError(f"expected at most {MAX_FILE_BYTES >> 20} MiB of geometry, got {total >> 20} MiB declared")
     corners = [sum(_count_corners(p, accessors) for p in mesh["primitives"]) for mesh in tree.get("meshes", [])]
     shown = sum(corners[node["mesh"]] for node in tree.get("nodes", []) if "mesh" in node)
     if shown > MAX_CORNERS:
@@ -52,7 +50,7 @@ def _require_sizes(tree: Tree) -> None:
 
 
 def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
-    """Return how many vertices one part draws."""
+    """Return the number of vertices that one part draws."""
     if primitive.get("mode", 4) not in _READABLE_MODES:
         raise FormatError("expected triangles or triangle strips, got another kind; save it as triangles")
     used = primitive["attributes"]["POSITION"]
@@ -60,17 +58,16 @@ def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
 
 
 def named_sources(source: Source) -> dict[str, Source]:
-    """Return all buffers that are files, by their name in the tree; they stand beside the file or below it."""
-    uris = {buffer["uri"] for buffer in _parse_tree(source.data).get("buffers", []) if "uri" in buffer}
-    return {uri: _buffer(uri, source.path.parent.resolve()) for uri in uris if not uri.startswith("data:")}
-
-
-def _buffer(uri: str, folder: Path) -> Source:
-    """Return the source of a buffer."""
-    target = None if "://" in uri else inside(folder / unquote(uri), [folder])
-    if target is None:
-        raise FormatError(f"expected its buffers in its own folder, got {uri[:80]!r}; put them beside it")
-    return Source(target, "")
+    """Return the buffers that are files, by URI; all must be in the folder of the file or below it."""
+    folder, buffers = source.path.parent.resolve(), {}
+    for uri in (buffer.get("uri", "data:") for buffer in _parse_tree(source.data).get("buffers", [])):
+        if uri.startswith("data:"):
+            continue
+        target = None if "://" in uri else inside(folder / unquote(uri), [folder])
+        if target is None:
+            raise FormatError(f"expected its buffers in its own folder, got {uri[:80]!r}; put them beside it")
+        buffers[uri] = Source(target, "")
+    return buffers
 
 
 def read_gltf(source: Source) -> Geometry:

@@ -1,4 +1,4 @@
-"""Parts in frames of their own, put together; and scenes that show more than a file can honestly hold, refused."""
+"""Scenes: parts in their own frames are joined; scenes that show too many parts are refused."""
 
 from __future__ import annotations
 
@@ -18,25 +18,19 @@ from ..sources import Geometry, joined_meshes
 if TYPE_CHECKING:
     import trimesh
 
-MAX_INSTANCES = 10_000  # of parts that a scene shows: parts of parts of parts soon are more than stars
+MAX_INSTANCES = 10_000  # parts that a scene may show; with nested parts a small file can show billions
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) in the scene's frame, faces (M, 3)
 
 
 def joined(parts: Sequence[Part]) -> Geometry:
-    """Return parts as one object.
-
-    Raises
-    ------
-    FormatError
-        If there are none.
-    """
+    """Return parts as one object, or raise FormatError if there are none."""
     if not parts:
         raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
     return Geometry(*joined_meshes(parts))
 
 
 def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
-    """Return every part of a scene that has ``kind``, "faces" or "vertices"."""
+    """Return every part of a scene that has "faces" or "vertices", as ``kind`` says."""
     from trimesh.transformations import transform_points
 
     parts = []
@@ -51,7 +45,7 @@ def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
 
 
 def primitive(kind: str, **sizes: Any) -> Part:
-    """Return the vertices and faces of one of trimesh's primitives about its centre."""
+    """Return the vertices and faces of one of trimesh's primitives, centred on the origin."""
     import trimesh
 
     mesh = getattr(trimesh.creation, kind)(**sizes)
@@ -59,7 +53,7 @@ def primitive(kind: str, **sizes: Any) -> Part:
 
 
 def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
-    """Return the scene that trimesh reads; its complaints come as exceptions alone, not as lines too."""
+    """Return the scene that trimesh reads from bytes; errors are raised, and not logged as well."""
     import trimesh
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -67,31 +61,31 @@ def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
 
 
 class _PlainTree(ElementTree.TreeBuilder):
-    """Refuses XML that defines entities, which may unfold without end; the parser finds that in any encoding."""
+    """Refuses XML that defines entities, which may expand without end; the parser finds that in any encoding."""
 
     def doctype(self, name: str, pubid: str | None, system: str | None):
         raise FormatError("expected XML without a document type of its own, got one; is it from a source you trust?")
 
 
 def plain_xml(data: bytes) -> ElementTree.Element:
-    """Return the tree of well-formed XML; raise FormatError for a document type, and for more text than is read."""
+    """Return the tree of well-formed XML, or raise FormatError for a document type and for too much text."""
     require_text_size(data)
     return ElementTree.fromstring(data, ElementTree.XMLParser(target=_PlainTree()))
 
 
 def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence[str]):
-    """Raise FormatError for parts of parts that run in a circle, or that are shown too often all together.
+    """Raise FormatError for parts that contain themselves, and for too many parts in total.
 
     Parameters
     ----------
     children : mapping of str to sequence of str
-        What each part shows, as often as it shows it.
+        The parts that each part contains, repeated if it contains them several times.
     """
     open_parts: set[str] = set()
 
     @cache
     def shown(name: str) -> int:
-        """Return how many parts one shows, itself among them."""
+        """Return the number of parts that a part shows, including itself."""
         if name in open_parts or len(open_parts) > 200:
             raise FormatError("expected parts of parts that end, got a circle; is the file damaged?")
         open_parts.add(name)

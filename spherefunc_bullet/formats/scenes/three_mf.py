@@ -1,4 +1,4 @@
-"""3MF, read by trimesh: all parts in one frame, in metres by the file's own unit."""
+"""3MF, read by trimesh: all parts in one frame, converted from the file's own unit to metres."""
 
 from __future__ import annotations
 
@@ -15,19 +15,17 @@ _METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.025
 
 def read_3mf(source: Source) -> Geometry:
     """Return the vertices (N, 3) in metres and triangles (M, 3) of all parts."""
-    import lxml  # noqa: F401 - trimesh does without it until it needs it
+    import lxml  # noqa: F401 - trimesh imports it only when it reads such a file
 
-    data = source.data
-    unit = _checked_unit(data)
-    geometry = joined(parts_of(scene_of(data, "3mf"), "faces"))
+    unit = _checked_unit(source.data)
+    geometry = joined(parts_of(scene_of(source.data, "3mf"), "faces"))
     return Geometry(unit * geometry.vertices, geometry.faces)
 
 
 def _checked_unit(data: bytes) -> float:
-    """Return the unit in metres, after a look at every model in the archive before trimesh unpacks it."""
+    """Return the file's unit in metres, after checking every model in the archive before trimesh unpacks it."""
     children: dict[str, list[str]] = {}
-    roots: list[str] = []
-    units = []
+    roots, units = [], []
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         require_members(archive)
         for name in archive.namelist():

@@ -1,53 +1,45 @@
-"""URDF, read by yourdfpy: a robot's or an object's visible parts as one object, every joint at zero.
+"""URDF, read by yourdfpy: the visible parts of a robot or an object as one object, with every joint at zero.
 
-Its meshes are read by the readers of their own formats, with their limits. They are looked for in its own folder, in
-its package, and where the user points, with ``--package-path`` or ``ROS_PACKAGE_PATH``; nothing outside of these
-folders is ever read.
+The readers of their own formats read its meshes, with the same limits. Meshes are looked for in the folder of the file,
+in its ROS package, and in the folders that the user gives with ``--package-path`` or ``ROS_PACKAGE_PATH``; nothing
+outside these folders is ever read.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote
 
 import numpy as np
 
 from .. import FormatError
-from ..sources import Geometry, Source
-from .parts import Part, joined, plain_xml, primitive
+from ..sources import Geometry, Source, inside, read_geometry
+from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive
 
 if TYPE_CHECKING:
     import yourdfpy
 
-import os
-from collections.abc import Iterator, Sequence
-from urllib.parse import unquote
-
-from ..sources import inside
-
-PACKAGE_PATH = "ROS_PACKAGE_PATH"  # of the environment: folders of packages, or packages
-_MARK = "package.xml"  # that ROS has in every package
-_LAYOUT = ("urdf", "robots", "xacro")  # where a package keeps such files, if it has no mark
+PACKAGE_PATH = "ROS_PACKAGE_PATH"  # environment variable: folders of packages, or packages
+_MARK = "package.xml"  # every ROS package has this file
+_LAYOUT = ("urdf", "robots", "xacro")  # subfolders of a package without that file that hold URDF files
 
 
 def find_mesh(name: str, folder: Path) -> Path | None:
-    """Return the mesh that a URDF in a folder calls by a name; None if there is none where it may be."""
+    """Return the path of the mesh that a URDF in ``folder`` names; None if it is in none of the allowed folders."""
     folder = folder.resolve()
-    trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *_pointed()]
+    given = [Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part.strip()]
+    trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *given]
     places = _places(unquote(name), folder, trusted)
     return next((target for root, inner in places if (target := inside(root / inner, [root, *trusted]))), None)
 
 
-def _pointed() -> list[Path]:
-    """Return the folders that the user points to."""
-    return [Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part.strip()]
-
-
 def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[Path, str]]:
-    """Yield the folders in which a name may be, and what it is called there: in ``package://name/file``, file."""
+    """Yield each folder in which a mesh may be, and its path there: of ``package://name/file`` it is ``file``."""
     scheme, _, rest = name.rpartition("://")
     if scheme in ("", "file"):
         yield folder, rest
@@ -61,31 +53,28 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
 
 
 def _unmarked(folder: Path) -> list[Path]:
-    """Return the package that a folder is a part of by its name alone; homes and top folders hold more than that."""
+    """Return the package that contains a folder, recognised by names only; never a home or a top-level folder."""
     package = folder.parent
     shared = len(package.parents) < 2 or Path.home().resolve().is_relative_to(package)
     return [package] if folder.name in _LAYOUT and not shared else []
 
 
-MAX_PARTS = 10_000
-
-
 def read_urdf(source: Source) -> Geometry:
-    """Return the vertices (N, 3) in the frame of the base link and triangles (M, 3) of all that is visible."""
+    """Return the vertices (N, 3), in the frame of the base link, and triangles (M, 3) of all visible parts."""
     import yourdfpy
     from trimesh.transformations import transform_points
 
-    plain_xml(source.data)  # yourdfpy mends what is not well formed, and reads half a robot
+    plain_xml(source.data)  # yourdfpy repairs XML that is not well formed, and may read half a robot
     robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
     parts, read = [], cache(lambda name: _mesh(name, source.named))
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
         for visual in link.visuals:
-            vertices, faces = _part(visual.geometry, read)
+            vertices, faces = geometry_part(visual.geometry, read)
             T_link_visual = np.eye(4) if visual.origin is None else visual.origin
             parts.append((transform_points(vertices, pose @ T_link_visual), faces))
-            if len(parts) > MAX_PARTS:
-                raise FormatError(f"expected at most {MAX_PARTS:,} visible parts, got more; join them")
+            if len(parts) > MAX_INSTANCES:
+                raise FormatError(f"expected at most {MAX_INSTANCES:,} visible parts, got more; join them")
     return joined(parts)
 
 
@@ -105,8 +94,8 @@ def _source(name: str, folder: Path) -> Source:
     return Source(target, target.suffix.lower())
 
 
-def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
-    """Return one part in its own frame."""
+def geometry_part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
+    """Return the vertices and faces of a URDF geometry in its own frame; ``read`` returns those of a mesh by name."""
     if shape.mesh is not None:
         vertices, faces = read(shape.mesh.filename)
         return vertices * (1.0 if shape.mesh.scale is None else np.asarray(shape.mesh.scale, dtype=np.float64)), faces
@@ -121,8 +110,6 @@ def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
 
 def _mesh(name: str, named: dict[str, Source]) -> Part:
     """Return the vertices and faces of a mesh."""
-    from ..sources import read_geometry
-
     geometry = read_geometry(named[name])
     if not len(geometry.faces):
         raise FormatError(f"expected meshes, got the points of {name[:80]!r}")
