@@ -23,29 +23,29 @@ from ..simulator.mechanics import (
 from ..simulator.proofs import ProofResult, ProofSettings, Use
 from .engine import Physics, engine_version
 
-VERSION = "6"  # of the method: another number, other centres
+VERSION = "6"  # of the method; raised when the resulting centres change
 SHAPES = ("auto", "voxel", "compound", "mesh")
-FINEST = 3e-4  # square radii: the mean area of a mesh's faces from which on a sphere meets too many of them at once
+FINEST = 3e-4  # square radii: a mesh with a smaller mean face area puts too many faces in contact with a sphere
 
 
 @dataclass(frozen=True, kw_only=True)
 class BulletSimulator(Physics):
-    """Drops rigid spheres on a collision shape made of the cloud, with PyBullet in DIRECT mode.
+    """Drops rigid spheres on a collision shape of the cloud, with PyBullet in DIRECT mode.
 
-    Cost: about a millisecond a sphere, and a second or two for the shape of a large object.
+    Cost: about a millisecond per sphere, and one or two seconds for the shape of a large object.
 
     Raises
     ------
     InputError
-        If PyBullet is not installed, or a setting is out of its range.
+        If PyBullet is not installed, or a setting is out of range.
     """
 
-    shape: str = "auto"  # the mesh that an object came as, unless its faces are minute; else voxel. Or one of SHAPES
-    voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
+    shape: str = "auto"  # one of SHAPES; auto: the mesh of the object, or voxel if there is none or its faces are tiny
+    voxel_size: float | None = None  # metres; default: a third of the radius, not finer than the cloud's resolution
 
     name = "bullet"
-    isolate = True  # C++ that may crash
-    sphere_limit = 1000  # of a run for features; docs/paper.md measures what the others would tell
+    isolate = True  # native code that may crash
+    sphere_limit = 1000  # of a run for features; docs/paper.md measures what more spheres would add
 
     def __post_init__(self):
         super().__post_init__()
@@ -63,10 +63,10 @@ class BulletSimulator(Physics):
         return asdict(self)
 
     def kind_for(self, cloud: Cloud, radius: float) -> str:
-        """Return the kind of collision shape of a cloud for spheres of a radius, metres.
+        """Return the kind of collision shape of a cloud for spheres of a radius in metres.
 
-        A surface that there is already is exact and costs nothing, but a sphere on one of minute faces, as scanners and
-        photogrammetry make them, would be held against thousands at each step.
+        The mesh of an object is exact and costs nothing to build. If its faces are tiny, as those of scanners and
+        photogrammetry, each sphere would be tested against thousands of them at every step.
         """
         from ..clouds.sampling import surface_area
 
@@ -83,7 +83,7 @@ class BulletSimulator(Physics):
         Raises
         ------
         InputError
-            If the sphere is larger than the object, or no collision shape can be made of it.
+            If the sphere is larger than the object, or no collision shape can be built.
         """
         from .collision.shape import collision_shape
         from .dropping import DropRun
@@ -101,7 +101,7 @@ class BulletSimulator(Physics):
         return run.result(time.perf_counter() - started, provenance)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
-        """Drop a cloud's object itself, from many directions (see `SupportsPoses.poses`)."""
+        """Return the stable poses of an object that is dropped in many orientations (see `SupportsPoses.poses`)."""
         from ..simulator.statics.body import body_of
         from .bodies.falling import fallen_poses
 
@@ -118,7 +118,10 @@ class BulletSimulator(Physics):
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Return by statics whether an object stands; release it if that is not exact, see `SupportsStance.stands`."""
+        """Return whether an object stands: by statics, and by simulation where statics is not exact.
+
+        See `SupportsStance.stands`.
+        """
         from ..simulator.statics.body import body_of
         from ..simulator.statics.standing import loaded_stances
         from .bodies.falling import release
@@ -127,7 +130,7 @@ class BulletSimulator(Physics):
         return loaded_stances(body, places, settings, provenance, lambda bodies: release(bodies, settings))
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
-        """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
+        """Fill an object with spheres, carry it, and return what it keeps (see `SupportsCarrying.carry`)."""
         from ..clouds.flooding import basin_of
         from .bodies.carrying import carry_filled, carry_result, filling_of
         from .collision.shape import collision_shape
@@ -137,14 +140,13 @@ class BulletSimulator(Physics):
         result = self.drop(cloud, DropSettings(radius=radius, max_spheres=settings.spheres), seed)
         shape = collision_shape(cloud, radius, self.kind_for(cloud, radius), self.voxel_size)
         basin = basin_of(shape.vertices, shape.faces, 1.0)
-        filling, kept = filling_of(result, radius, basin, settings.fill), None
-        if len(filling.centers):
-            kept = carry_filled(self, shape, basin, filling, settings, radius)
+        filling = filling_of(result, radius, basin, settings.fill)
+        kept = carry_filled(self, shape, basin, filling, settings, radius)
         seconds = time.perf_counter() - started
         return carry_result(kept, filling, basin, radius, settings, seconds, provenance_of(self, settings, seed))
 
     def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
-        """Use places of a cloud's object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
+        """Test places of an object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
         from .proofs import proved
 
         return proved(cloud, uses, settings, seed)

@@ -1,6 +1,6 @@
-"""Where a sphere starts: just above whatever lies under its column (paper, §III-A).
+"""Start heights: a sphere starts just above whatever lies under its column (paper, §III-A).
 
-Nobody needs to watch it fall through empty air.
+The fall through empty air is not simulated.
 """
 
 from __future__ import annotations
@@ -9,18 +9,18 @@ import numpy as np
 
 from ..processes.compilation import njit
 
-CELL = 2.0  # side of a cell of settled spheres in radii: as far as a column reaches
-FINE = 0.5  # side of a cell of points in radii, of which a large sphere has thousands below it
-MAX_CELLS = 4_000_000  # above, cells are larger
+CELL = 2.0  # radii: side of a cell of settled spheres, equal to the reach of a column
+FINE = 0.5  # radii: side of a cell of points, of which there are thousands below a large sphere
+MAX_CELLS = 4_000_000  # with more, cells are larger
 
 
 class ColumnIndex:
-    """Points and settled spheres, by where they lie seen from above.
+    """Points and settled spheres, sorted into cells of the ground plane.
 
     Parameters
     ----------
     points : (N, 3) float64, radii
-        Dense enough that a sphere that lowers itself onto them is hardly lower than on their surface.
+        Dense enough that a sphere lowered onto them is hardly lower than one on their surface.
     low, high : (2,) float64, radii
         The footprint.
     """
@@ -38,7 +38,7 @@ class ColumnIndex:
         self.count = 0
 
     def add(self, center: np.ndarray):
-        """Take in a settled sphere."""
+        """Add a settled sphere."""
         if self.count == len(self.centers):
             self.centers = np.concatenate([self.centers, np.empty_like(self.centers)])
             self.follower = np.concatenate([self.follower, np.empty_like(self.follower)])
@@ -49,7 +49,7 @@ class ColumnIndex:
         self.count += 1
 
     def height(self, x: float, y: float) -> float:
-        """Return the height of a sphere's centre that comes down a column and touches, or -inf on empty ground."""
+        """Return the height of the centre of a sphere at its first contact in a column; -inf above empty ground."""
         on_points = height_on_points(x, y, self.low, self.fine, self.fine_dims, self.points, self.starts)
         on_spheres = height_on_spheres(x, y, self.low, self.cell, self.dims, self.centers, self.head, self.follower)
         return max(on_points, on_spheres)
@@ -61,7 +61,7 @@ class ColumnIndex:
 
 @njit(cache=True, error_model="numpy")
 def cell_of(x, y, low, side, dims):
-    """Return the number of a place's cell; outside the footprint that of the nearest one."""
+    """Return the number of the cell that contains (x, y), or of the nearest one outside the footprint."""
     i = min(max(np.int64(np.floor((x - low[0]) / side)), 0), dims[0] - 1)
     j = min(max(np.int64(np.floor((y - low[1]) / side)), 0), dims[1] - 1)
     return i * dims[1] + j
@@ -69,7 +69,7 @@ def cell_of(x, y, low, side, dims):
 
 @njit(cache=True, error_model="numpy")
 def in_cells(points, low, side, dims):
-    """Return the points cell by cell (N, 3), in their order within one, and where each cell starts (cells + 1,)."""
+    """Return the points sorted by cell (N, 3), keeping their order within one, and the start of each cell (C + 1,)."""
     starts = np.zeros(dims[0] * dims[1] + 1, np.int64)
     cells = np.empty(len(points), np.int64)
     for p in range(len(points)):
@@ -87,7 +87,7 @@ def in_cells(points, low, side, dims):
 
 @njit(cache=True, error_model="numpy")
 def cells_around(x, y, reach, low, side, dims):
-    """Return the first cell along each axis that is within reach of a place, and the one after the last."""
+    """Return the ranges of cells along both axes that are within reach of (x, y): first, end, first, end."""
     i, i_end = np.int64((x - reach - low[0]) / side), np.int64((x + reach - low[0]) / side) + 1
     j, j_end = np.int64((y - reach - low[1]) / side), np.int64((y + reach - low[1]) / side) + 1
     return max(i, 0), min(i_end, dims[0]), max(j, 0), min(j_end, dims[1])
@@ -95,10 +95,10 @@ def cells_around(x, y, reach, low, side, dims):
 
 @njit(cache=True, error_model="numpy")
 def height_on_points(x, y, low, side, dims, points, starts):
-    """Return the height at which a sphere of radius 1 coming down touches a point."""
+    """Return the height at which a falling sphere of radius 1 first touches a point."""
     best = -np.inf
     i, i_end, j, j_end = cells_around(x, y, 1.0, low, side, dims)
-    for ci in range(i, i_end):  # the cells of a row lie one after another
+    for ci in range(i, i_end):  # the cells of a row are stored one after the other
         for k in range(starts[ci * dims[1] + j], starts[ci * dims[1] + j_end] if j < j_end else 0):
             best = max(best, above(points[k, 0] - x, points[k, 1] - y, points[k, 2], 1.0))
     return best
@@ -106,7 +106,7 @@ def height_on_points(x, y, low, side, dims, points, starts):
 
 @njit(cache=True, error_model="numpy")
 def height_on_spheres(x, y, low, side, dims, centers, head, follower):
-    """Return the height at which a sphere of radius 1 coming down touches a settled one."""
+    """Return the height at which a falling sphere of radius 1 first touches a settled one."""
     best = -np.inf
     i, i_end, j, j_end = cells_around(x, y, 2.0, low, side, dims)
     for ci in range(i, i_end):
@@ -120,7 +120,7 @@ def height_on_spheres(x, y, low, side, dims, centers, head, follower):
 
 @njit(cache=True, error_model="numpy")
 def above(dx, dy, z, squared):
-    """Return the height at which a centre is at a distance, given squared, from a point beside its column."""
+    """Return the height at which a centre is at a distance, given squared, from a point (dx, dy) off its column."""
     d = dx * dx + dy * dy
     return z + np.sqrt(squared - d) if d < squared else -np.inf
 

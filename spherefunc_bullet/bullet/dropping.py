@@ -1,8 +1,8 @@
-"""Spheres are dropped until 50 in a row were not placed (paper, §III-A), several in the air at once.
+"""Dropping: spheres fall until 50 in a row were not placed (paper, §III-A), several in the air at once.
 
-Columns are drawn over the bounding box in a fixed order, and a sphere starts just above what lies under its column
-as soon as no other sphere in the air is near it. The engine moves them all; every few steps each is looked at: gone
-to the ground, at rest, or still on its way (`Flights`).
+Columns are drawn over the bounding box in a fixed order, and a sphere starts just above what lies under its column as
+soon as no other sphere in the air is near it. The engine moves all of them; every few steps each is checked: on the
+ground, at rest, or still moving (`Flights`).
 """
 
 from __future__ import annotations
@@ -24,13 +24,21 @@ from .world import World
 
 IN_FLIGHT = -1
 SETTLED, ROLLED_OFF, TIMED_OUT = int(Outcome.SETTLED), int(Outcome.ROLLED_OFF), int(Outcome.TIMED_OUT)
-TOUCH = 0.02  # radii: gap that counts as contact, as the engine's own threshold
-SUNK = 0.1  # radii: a sphere whose lowest point is so far below the ground is on the ground
-LEANING = 2.05  # radii between centres at which one sphere may lean on the other
+TOUCH = 0.02  # radii: gap that counts as contact, as in the engine
+SUNK = 0.1  # radii: a sphere whose lowest point is so far below z = 0 is on the ground
+LEANING = 2.05  # radii between centres at which one sphere may lean on another
+CLEARANCE = (
+    0.1  # radii above the first contact at which a sphere starts: faces rise less than that between their points
+)
+APART = 2.2  # radii between a new column and every sphere in the air
+ROOM = 30.0  # square radii of the footprint for each sphere in the air
+SUNKEN = 0.03  # radii of overlap from which on the engine still pushes a sphere out, however slowly
+OVERLAP = 0.05  # radii: a sphere that rests deeper in the cloud, or stays wedged in deeper, is not placed
+CHUNK = 1024  # columns drawn at a time
 
 
 class Flights:
-    """Slots, each a place for one sphere in the air; lengths in radii, times in sqrt(radius / g)."""
+    """Slots, each for one sphere in the air; lengths in radii, times in sqrt(radius / g)."""
 
     def __init__(self, count: int, physics: Physics, low: np.ndarray, high: np.ndarray):
         self.physics = physics
@@ -38,12 +46,12 @@ class Flights:
         self.positions = np.zeros((count, 3))
         self.speeds = np.zeros(count)
         self.time = np.zeros(count)  # since the start
-        self.slow = np.zeros(count)  # for how long slower than the speed of rest
+        self.slow = np.zeros(count)  # time for which it has been slower than the speed of rest
         self.outcomes = np.full(count, IN_FLIGHT)
         limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
         arrays = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
-        self.state = (*arrays, low, high, *limits)  # what is judged, and by what
-        self.ended, self.fastest = 0, 0.0  # at the last look: flights that are over, and the speed of the fastest
+        self.state = (*arrays, low, high, *limits)  # arguments of `update_flights`
+        self.ended, self.fastest = 0, 0.0  # at the last check: number of flights that ended, and the highest speed
 
     @property
     def free(self) -> list[int]:
@@ -51,21 +59,21 @@ class Flights:
         return [] if self.flying.all() else np.flatnonzero(~self.flying).tolist()
 
     def start(self, slot: int, position: Sequence[float]):
-        """Begin a flight."""
+        """Start a flight."""
         self.positions[slot] = position
         self.flying[slot], self.time[slot], self.slow[slot] = True, 0.0, 0.0
 
     def look(self, positions: np.ndarray) -> np.ndarray:
-        """Take in new positions (K, 3); return each slot's outcome, -1 while it is free or its sphere on its way."""
+        """Update the positions (K, 3); return the outcome of each slot, -1 if it is free or its sphere still moves."""
         self.ended, self.fastest = update_flights(positions, *self.state)
         return self.outcomes
 
     def late(self, slot: int) -> bool:
-        """Return whether a flight has lasted as long as it may."""
+        """Return whether a flight has exceeded the time limit."""
         return self.time[slot] > self.physics.time_limit
 
     def rouse(self, slot: int):
-        """Let a sphere that has stopped be watched for as long again."""
+        """Restart the time of rest of a sphere that has stopped."""
         self.slow[slot] = 0.0
 
     def fast(self, limit: float) -> list[int]:
@@ -77,9 +85,9 @@ class Flights:
 def update_flights(
     new, flying, positions, speeds, time, slow, outcomes, low, high, look, rest_speed, rest_time, time_limit
 ):
-    """Update the flights' state from new positions, and write the outcomes of those that are over.
+    """Update the state of the flights from new positions, and write the outcomes of those that ended.
 
-    Returns how many are, and the speed of the fastest sphere.
+    Returns their number, and the speed of the fastest sphere.
     """
     fastest = 0.0
     for i in range(len(flying)):
@@ -109,7 +117,7 @@ def update_flights(
 
 @njit(cache=True, error_model="numpy")
 def withhold_leaning(positions, flying, outcomes):
-    """Take back rest from spheres that lean on one that still moves, and from those that lean on these."""
+    """Reset the outcome of settled spheres that lean on a moving one, and of spheres that lean on these."""
     changed = True
     while changed:
         changed = False
@@ -132,9 +140,9 @@ def distance(positions, i, j):
 
 @njit(cache=True, error_model="numpy")
 def first_apart(columns, start, few, flying, positions, apart):
-    """Put the first column that is apart from every sphere in the air before the others, among a few from a start on.
+    """Move the first of a few columns that is apart from every sphere in the air to their beginning.
 
-    Returns whether there is one.
+    Returns whether there is such a column.
     """
     for c in range(start, start + few):
         free = True
@@ -151,14 +159,6 @@ def first_apart(columns, start, few, flying, positions, apart):
     return False
 
 
-CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more than a face rises between its points
-APART = 2.2  # radii between a new column and every sphere in the air
-ROOM = 30.0  # square radii of the footprint for each sphere in the air
-SUNKEN = 0.03  # radii of overlap from which the engine still pushes a sphere out, however slowly
-OVERLAP = 0.05  # radii: a sphere that rests so deep in the cloud, or was wedged in so deep for too long, is not placed
-CHUNK = 1024  # columns drawn at a time
-
-
 class DropRun:
     """The state of one run, in radii."""
 
@@ -169,20 +169,19 @@ class DropRun:
         points = cloud.points / settings.radius
         self.points = self.columns if shape.kind == "mesh" else ColumnIndex(points, self.low, self.high)
         self.random = np.random.default_rng(seed)
-        self.drawn = np.empty((0, 2))  # columns, those before `self.next` are used
-        self.next = 0
+        self.drawn, self.next = np.empty((0, 2)), 0  # columns, and the first of them that is not used
         slots = int(np.clip(np.prod((self.high - self.low)[:2]) / ROOM, 1, world.physics.in_air))
         world.add_spheres(slots)
         self.flights = Flights(slots, world.physics, self.low, self.high)
         self.centers: list[np.ndarray] = []
         self.on_object: list[bool] = []
         self.starts = [(0.0, 0.0)] * slots  # the column of each slot's sphere
-        self.ended_at: list[Sequence[float]] = []  # the columns of the drops that ended, and what became of each
-        self.outcomes: list[Outcome] = []
+        self.ended_at: list[Sequence[float]] = []  # the columns of the drops that ended
+        self.outcomes: list[Outcome] = []  # of these drops
         self.misses = 0
 
     def until_over(self):
-        """Drop spheres until one of the limits is reached."""
+        """Drop spheres until a limit is reached."""
         while not self.over:
             self.launch()
             if not self.over:
@@ -207,13 +206,13 @@ class DropRun:
                 self.starts[slot] = xy
                 continue
             self.world.park(slot)
-            if xy is not None:  # nothing under it but the ground
+            if xy is not None:  # only the ground is below
                 self.count(Outcome.ROLLED_OFF, xy)
                 if self.over:
                     return
 
     def next_column(self) -> tuple[float, float] | None:
-        """Return the first column that is apart from every sphere in the air, or None if the next few are not."""
+        """Return the first column that is apart from every sphere in the air; None if there is none among the next."""
         flights = self.flights
         few = len(flights.flying)
         if len(self.drawn) - self.next < few:
@@ -226,21 +225,19 @@ class DropRun:
         return x, y
 
     def look(self):
-        """See where the spheres are, and end the flights that are over."""
+        """Check the positions of the spheres, and end the flights that are over."""
         outcomes = self.flights.look(self.world.positions())
         limit = self.world.physics.terminal_speed
-        if not self.flights.fastest <= 0.8 * limit:  # or it is nowhere
+        if not self.flights.fastest <= 0.8 * limit:  # also if it is NaN
             for slot in self.flights.fast(0.8 * limit):
                 self.world.limit_speed(slot, limit)
-        if not self.flights.ended:
-            return
-        for slot in np.flatnonzero(outcomes != IN_FLIGHT).tolist():
+        for slot in np.flatnonzero(outcomes != IN_FLIGHT).tolist() if self.flights.ended else ():
             self.end(slot, Outcome(outcomes[slot]))
             if self.over:
                 return
 
     def end(self, slot: int, outcome: Outcome):
-        """End the flight of a slot; where a sphere has come to rest, it is settled, or rejected."""
+        """End the flight of a slot; a sphere that has come to rest is settled or rejected."""
         center = self.flights.positions[slot].copy()
         if outcome == Outcome.SETTLED:
             to_object, deepest = self.world.contacts(slot)
@@ -253,12 +250,12 @@ class DropRun:
         self.count(outcome, self.starts[slot])
 
     def resting_place(self, center: np.ndarray, on_object: bool) -> Outcome:
-        """Return what becomes of a sphere at rest, and leave it there for ever if it is settled."""
+        """Return the outcome of a sphere at rest, and add it to the world if it has settled."""
         if center[2] < 1 - TOUCH:
             return Outcome.ROLLED_OFF
         if not on_object and not ((center >= self.low) & (center <= self.high)).all():
             return Outcome.REJECTED
-        if not self.points.clear(center, 1 - OVERLAP):  # the shape may have left out a few of the cloud's points
+        if not self.points.clear(center, 1 - OVERLAP):  # the shape may lack a few points of the cloud
             return Outcome.TIMED_OUT
         self.world.freeze(center)
         self.columns.add(center)
@@ -267,7 +264,7 @@ class DropRun:
         return Outcome.SETTLED
 
     def count(self, outcome: Outcome, column: Sequence[float]):
-        """Take into account what became of the sphere that came down a column (2,)."""
+        """Record the outcome of the sphere that was dropped in a column (2,)."""
         self.outcomes.append(outcome)
         self.ended_at.append(column)
         self.misses = 0 if outcome == Outcome.SETTLED else self.misses + 1
@@ -279,7 +276,7 @@ class DropRun:
         return Stop.SPHERE_LIMIT if len(self.centers) >= self.settings.max_spheres else Stop.DROP_LIMIT
 
     def result(self, seconds: float, provenance: dict[str, Any]) -> DropResult:
-        """Return what came of the run, in metres."""
+        """Return the result of the run, in metres."""
         counts = Counter(self.outcomes)
         return DropResult(
             centers=np.array(self.centers, float).reshape(-1, 3) * self.settings.radius,

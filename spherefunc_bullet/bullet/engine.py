@@ -1,6 +1,6 @@
-"""PyBullet, which may be missing and which says on stderr when it was built; and what its spheres are made of.
+"""PyBullet, which may be missing and prints its build time on stderr when it is imported; and the physics of spheres.
 
-Its calls hold Python's lock, so engines in several threads take turns, and each is its own.
+Its calls hold Python's global lock, so engines in several threads take turns; each engine is independent.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from ..errors import InputError, explaining
 from ..simulator.mechanics import CheckedSettings, amount
 
-CLONE_FILES = 0x400  # of Linux's sched.h
-CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # of its close_range.h, and where no descriptor is
+CLONE_FILES = 0x400  # Linux, sched.h
+CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # Linux, close_range.h; and a number that is no descriptor
 LARGEST_REUSED_BLOCK = 2**25 - 2**13  # bytes
 MISSING = (
     "backend 'bullet' needs PyBullet, which is not installed: pip install 'pybullet>=3.2.7' "
@@ -26,14 +26,14 @@ MISSING = (
 )
 
 
-@cache  # each look reads the package's metadata, and every run asks
+@cache  # reads the package's metadata, and every run needs it
 def engine_version() -> str:
-    """Return the version of the PyBullet that is installed.
+    """Return the version of the installed PyBullet.
 
     Raises
     ------
     InputError
-        If there is none.
+        If it is not installed.
     """
     with explaining(MISSING, PackageNotFoundError):
         return version("pybullet")
@@ -41,7 +41,7 @@ def engine_version() -> str:
 
 @cache
 def pybullet():
-    """Return the PyBullet module; imported when it is first needed.
+    """Return the module pybullet, imported when it is first needed.
 
     Raises
     ------
@@ -58,14 +58,14 @@ def pybullet():
 
 
 class Engine:
-    """One engine in this process, in DIRECT mode; to be closed, best by ``with``."""
+    """One engine in this process, in DIRECT mode; it must be closed, preferably by ``with``."""
 
     def __init__(self, **parameters: float):
         p = pybullet()
         self.client = p.connect(p.DIRECT)
         self.engine = {"physicsClientId": self.client}
         p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, **parameters, **self.engine)
-        # The default visual shape would be tessellated for every body, and read from its file with a warning.
+        # The default visual shape would be tessellated for every body, and loaded from its file with a warning.
         self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
 
     def __enter__(self):
@@ -75,16 +75,16 @@ class Engine:
         self.close()
 
     def close(self):
-        """Give the engine back."""
+        """Disconnect the engine."""
         if self.client is not None:
             pybullet().disconnect(self.client)
             self.client = None
 
 
 def import_silently():
-    """Import PyBullet in a thread that is at its end then, so that nobody reads when it was built.
+    """Import PyBullet in a thread that then ends, without printing its build time.
 
-    Standard error is turned off for this thread alone, which Linux can do; elsewhere the line is seen once.
+    Linux can redirect standard error for this thread only; on other systems the line is printed once.
     """
     with suppress(OSError, AttributeError):
         own_descriptors()
@@ -93,57 +93,57 @@ def import_silently():
 
 
 def own_descriptors():
-    """Give this thread file descriptors that are its own: what it does to them no other thread sees.
+    """Give this thread its own file descriptors, so that redirecting them does not affect other threads.
 
     Raises
     ------
     OSError, AttributeError
-        If the system cannot.
+        If the system cannot do that.
     """
     import ctypes
 
     libc = ctypes.CDLL(None)
-    # In containers the first is often forbidden; the second, of no descriptor at all, does the same.
+    # The first call is often forbidden in containers; the second, which closes nothing, has the same effect.
     if libc.unshare(CLONE_FILES) and libc.close_range(ctypes.c_uint(NONE), ctypes.c_uint(NONE), CLOSE_RANGE_UNSHARE):
         raise OSError("descriptors stay those of the process")
 
 
 def keep_memory():
-    """Have the memory of one engine serve the next, instead of going back to the system and being fetched anew.
+    """Make the C library keep the memory of a closed engine for the next one instead of returning it to the system.
 
-    The C library of Linux keeps blocks as large as the largest that was ever freed, up to 32 MiB, so that some engines
-    later it would do so anyhow. The block below is never written to.
+    On Linux it keeps blocks as large as the largest that was ever freed, up to 32 MiB, so after a few engines it would
+    do so anyway. The block below is never written to.
     """
     np.empty(LARGEST_REUSED_BLOCK, np.uint8)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Physics(CheckedSettings):
-    """Material, time step, and what counts as rest: how finely motion is computed.
+    """Material, time step and the criterion of rest.
 
-    Everything is in the sphere's own units: lengths in radii, times in sqrt(radius / g), which is the time in which
-    a sphere falls half its radius, and masses in spheres. Every radius is then the same problem to the engine, whose
-    tolerances are made for bodies of about one unit.
+    All quantities are in units of the sphere: lengths in radii, times in sqrt(radius / g), the time in which a sphere
+    falls half its radius, and masses in spheres. Every radius is then the same problem for the engine, whose tolerances
+    are made for bodies of about one unit.
     """
 
     friction: float = amount(0.5)  # wood on wood, plastic on plastic
-    rolling_friction: float = amount(0.14)  # tangent of the steepest slope that holds a sphere: 8 degrees, as of seats
-    # Spheres start at the surface, and the paper's do not bounce; at this time step the engine gives energy to what
-    # bounces back completely.
+    rolling_friction: float = amount(0.14)  # tangent of the steepest slope that holds a sphere: 8 degrees, as on seats
+    # Spheres start at the surface, and the paper's do not bounce; at this time step, the engine adds energy to fully
+    # elastic bounces.
     restitution: float = amount(0.0, most=0.9)
-    # 2 ms at a radius of 5 mm; half of it moves no result by more than a seed does.
+    # 2 ms at a radius of 5 mm; half of it changes no result by more than another seed does.
     time_step: float = amount(0.1, above=0.0, most=0.5)
-    sub_steps: int = amount(8, above=0.0)  # time steps between two looks at the spheres
-    # Of the engine's solver; a sphere has few contacts, and at 20 nothing that tests hold differs.
+    sub_steps: int = amount(8, above=0.0)  # time steps between two checks of the spheres
+    # Of the engine's solver; a sphere has few contacts, and 20 iterations change nothing that the tests check.
     iterations: int = amount(10, above=0.0)
-    # Length of a radius in the engine: at 1, spheres at rest overlap by 2 % instead of 0.5 %.
+    # Length of a radius in the engine: with 1, spheres at rest overlap by 2 % instead of 0.5 %.
     scale: float = amount(10.0, above=0.0)
-    # 3 mm/s at a radius of 1 cm; below it for rest_time a sphere is at rest.
+    # 3 mm/s at a radius of 1 cm; a sphere that is slower for rest_time is at rest.
     rest_speed: float = amount(0.01, above=0.0)
-    # In which a sphere on a slope of one degree more than holds it gains twice that speed.
+    # In this time, a sphere on a slope one degree too steep to hold it gains twice that speed.
     rest_time: float = amount(1.6, above=0.0)
-    time_limit: float = amount(100.0, above=0.0)  # after which a sphere is given up: 3 s at a radius of 1 cm
-    in_air: int = amount(16, above=0.0)  # spheres at once, where there is room for this many
+    time_limit: float = amount(100.0, above=0.0)  # after which a sphere has timed out: 3 s at a radius of 1 cm
+    in_air: int = amount(16, above=0.0)  # largest number of spheres in the air at once
 
     def __post_init__(self):
         with explaining("backend 'bullet'", InputError, why=": "):
@@ -151,10 +151,10 @@ class Physics(CheckedSettings):
 
     @property
     def look(self) -> float:
-        """Time between two looks at the spheres."""
+        """Time between two checks of the spheres."""
         return self.time_step * self.sub_steps
 
     @property
     def terminal_speed(self) -> float:
-        """Speed at which a sphere moves 0.4 radii in a step; what falls is held to it, so that it cannot tunnel."""
+        """Speed at which a sphere moves 0.4 radii per step; falling spheres are limited to it to prevent tunnelling."""
         return 0.4 / self.time_step

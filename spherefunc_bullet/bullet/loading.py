@@ -1,7 +1,7 @@
-"""Collision shapes into the engine, and a look at what has arrived there.
+"""Loading of collision shapes into the engine, and a check that they are complete there.
 
-Through files, since meshes passed as lists leak and are cut off at 131,072 vertices; under names that are new each
-time, since the engine remembers files by name.
+They are loaded from files, since meshes passed as lists leak memory and are cut off at 131,072 vertices; each file has
+a new name, since the engine caches files by name.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ..errors import InputError, explaining
 from .collision.shape import CollisionShape
 from .engine import pybullet
 
-RAYS = 2_000  # that look whether a shape has arrived, where one of the first few misses
-FIRST_RAYS = 200
+FIRST_RAYS = 200  # that check whether a shape is complete
+RAYS = 2_000  # the same if one of the first rays misses
 SHORT = 0.05  # radii: half the length of a ray through a face
-LONG = 2.0  # radii: the same through convex pieces, which do not see a ray that starts inside them
-MISSING = 0.01  # of the rays may miss: those along edges, by rounding
-# What is to be seen is a small box: without it the engine would tessellate every sphere.
+LONG = 2.0  # radii: the same for convex pieces, which are not hit by a ray that starts inside them
+MISSING = 0.01  # share of rays that may miss: those along edges, by rounding
+# The visual shape is a small box; otherwise the engine would tessellate every sphere.
 URDF = """<robot name="rest">
 <link name="rest">
 <inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>
@@ -32,7 +32,7 @@ URDF = """<robot name="rest">
 
 
 def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
-    """Return the engine's number of a collision shape.
+    """Load a collision shape and return its number in the engine.
 
     Raises
     ------
@@ -41,22 +41,21 @@ def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
     """
     p = pybullet()
     with TemporaryDirectory(prefix="spherefunc-") as folder:
-        if shape.pieces is None:
-            path = Path(folder) / f"{Path(folder).name}.stl"
+        concave = shape.pieces is None
+        path = Path(folder) / f"{Path(folder).name}.{'stl' if concave else 'obj'}"
+        if concave:
             write_stl(path, shape.vertices * scale, shape.faces)
-            flags = p.GEOM_FORCE_CONCAVE_TRIMESH
         else:
-            path = Path(folder) / f"{Path(folder).name}.obj"
             write_groups(path, [piece * scale for piece in shape.pieces])
-            flags = 0
+        flags = p.GEOM_FORCE_CONCAVE_TRIMESH if concave else 0
         with explaining(f"{shape.name}: expected a shape that PyBullet accepts, it says", p.error, why=": "):
             return p.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=client)
 
 
 def load_spheres(compounds: Iterable[np.ndarray], scale: float, client: int) -> list[int]:
-    """Return new bodies that stand still, each made of spheres at centres (S, 3), in radii.
+    """Return new static bodies, each a compound of spheres at centres (S, 3), in radii.
 
-    By way of files, since what is made of lists has 16 parts at most.
+    They are loaded from files, since compounds made from lists have at most 16 parts.
     """
     bodies, still = [], {"useFixedBase": 1, "useMaximalCoordinates": 1}
     with TemporaryDirectory(prefix="spherefunc-") as folder:
@@ -69,14 +68,14 @@ def load_spheres(compounds: Iterable[np.ndarray], scale: float, client: int) -> 
 
 
 def sphere_of_urdf(center: Sequence[float], radius: float) -> str:
-    """Return a line, since the engine reads no file whose lines are too long."""
+    """Return a collision sphere as one line of URDF: the engine reads no file whose lines are too long."""
     x, y, z = center
     shape = f'<geometry><sphere radius="{radius:.9g}"/></geometry>'
     return f'<collision><origin xyz="{x:.9g} {y:.9g} {z:.9g}"/>{shape}</collision>\n'
 
 
 def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray):
-    """Write triangles as binary STL, which the engine reads fastest."""
+    """Write triangles as binary STL, the format that the engine reads fastest."""
     record = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     record["corners"] = vertices[faces]
     with path.open("wb") as file:
@@ -85,7 +84,7 @@ def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray):
 
 
 def write_groups(path: Path, pieces: list[np.ndarray]):
-    """Write pieces as OBJ, a group for each: the engine makes a convex hull of every group."""
+    """Write convex pieces as OBJ with a group for each: the engine makes a convex hull of every group."""
     lines, first = [], 1
     for i, piece in enumerate(pieces):
         lines.append(f"o {i}")
@@ -96,13 +95,7 @@ def write_groups(path: Path, pieces: list[np.ndarray]):
 
 
 def require_arrived(shape: CollisionShape, body: int, scale: float, client: int):
-    """Check by its box and by rays that the engine holds all of a shape.
-
-    Raises
-    ------
-    InputError
-        If some of it is missing.
-    """
+    """Raise InputError unless the engine holds a whole shape, by its bounding box and by rays."""
     bounds = np.array(pybullet().getAABB(body, physicsClientId=client)) / scale
     expected = corners_of(shape.vertices[shape.faces.ravel()])
     share = share_met(shape, body, scale, client, FIRST_RAYS)
@@ -116,16 +109,16 @@ def require_arrived(shape: CollisionShape, body: int, scale: float, client: int)
 
 
 def share_met(shape: CollisionShape, body: int, scale: float, client: int, count: int) -> float:
-    """Return the share of about this many rays that meet a body."""
+    """Return the share of about ``count`` rays that hit a body."""
     starts, ends = rays(shape, count)
     hits = pybullet().rayTestBatch((starts * scale).tolist(), (ends * scale).tolist(), physicsClientId=client)
     return float(np.mean([hit[0] == body for hit in hits]))
 
 
 def rays(shape: CollisionShape, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return starts and ends (R, 3) of about this many short rays through faces all over the shape, in radii."""
+    """Return starts and ends (R, 3), in radii, of about ``count`` short rays through faces all over the shape."""
     faces = shape.faces
-    if len(faces) > 2 * count:  # by chance: evenly chosen they could miss what is missing regularly
+    if len(faces) > 2 * count:  # at random: a regular choice could miss faces that are missing at regular intervals
         faces = faces[np.random.default_rng(0).integers(len(faces), size=2 * count)]
     corners = shape.vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

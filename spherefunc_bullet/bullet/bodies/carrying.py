@@ -1,7 +1,7 @@
-"""Does it keep what it holds? The filled vessel is tilted to all sides, farther each time, shaken and set down.
+"""Carrying: a filled vessel is tilted to all sides, farther each time, shaken and set down; what does it keep?
 
-In the object's own frame that is gravity that turns and shakes, so the shape on which spheres settled serves as it is.
-Lengths are in radii, times in sqrt(radius / g), as in `World`.
+In the frame of the object, gravity turns and shakes, so the collision shape on which the spheres settled is used
+unchanged. Lengths are in radii, times in sqrt(radius / g), as in `World`.
 """
 
 from __future__ import annotations
@@ -22,26 +22,36 @@ from ..engine import Physics, pybullet
 from ..world import World
 
 G = 9.81  # m/s2
-LOOK = 0.5  # of time, in which gravity is the same
-TURNING = 3.0, 14.0  # degrees in a unit of time, at least and at most: once around in 0.6 to 2.7 s at a radius of 5 mm
-SPHERES = 20.0  # more of them, one degree faster: slower changes little where they are few, and many cost too much
-LEANING = 0.25  # of the turning
-WAITING = 3.0  # times at each angle before it turns, and after it is set down
+LOOK = 0.5  # time for which gravity is constant
+TURNING = 3.0, 14.0  # slowest and fastest, degrees per unit of time: one turn in 0.6 to 2.7 s at a radius of 5 mm
+SPHERES = 20.0  # per degree: with more spheres it turns faster, since slow turns cost much and change little
+LEANING = 0.25  # speed of tilting, relative to that of turning
+WAITING = 3.0  # time at each angle before and after the turn, and after it is set down
 CYCLES = 1  # of shaking along each axis
+SUB_STEPS = 4  # steps in the time LOOK
+MANY, SUB_STEPS_OF_MANY = 150, 3  # the same for more than so many spheres, which cost more
+ITERATIONS = 16  # of the solver: with 5, a pile pushes its lowest spheres through the wall
+STIFFNESS = 0.5  # share of an overlap that one step removes; with the engine's 0.2, piles overlap by twice as much
+DAMPING = 0.1  # share of its speed that a sphere loses per unit of time during tilting, so that none flies over a rim
+FINER = 1, 2, 4  # factors of the number of steps, tried in turn until no sphere passes through a wall
+UNSEEN = 0.5  # radii that a sphere moves before its path is checked; to pass through a wall it moves farther
+ASIDE = 0.6  # radii that a centre may be outside the vessel; on the rim it is farther out
+OBJECT, SPHERE = 1, 2  # collision groups, so that rays hit the object only
+LEAKS = 0.9  # a vessel that holds a smaller share of what it would hold without holes gets a note
 
 
 @dataclass(frozen=True, eq=False)
 class MotionPhase:
-    """A part of the way."""
+    """A part of the motion."""
 
     gravity: np.ndarray  # (L, 3) in g
     shaken: bool
 
 
 def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[MotionPhase]:
-    """Yield a phase for each angle, and the last one: back, shaken, and set down; the radius in metres.
+    """Yield a phase for each angle, and a last one in which the object is upright, shaken and set down.
 
-    At each angle the object leans to every side in turn, as one that is tilted about every axis.
+    At each angle the object leans to every side in turn. The radius is in metres.
     """
     before, wait = 0.0, int(WAITING / LOOK)
     pace = settings.haste * min(max(spheres / SPHERES, TURNING[0]), TURNING[1]) * LOOK
@@ -58,59 +68,43 @@ def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[Mot
 
 
 def tilted(angle_deg: np.ndarray, heading_deg: np.ndarray) -> np.ndarray:
-    """Return gravity (L, 3) in the frame of an object that leans by angles (L,) towards headings (L,)."""
+    """Return the gravity (L, 3) in the frame of an object that leans by angles (L,) towards headings (L,)."""
     angle, heading = np.radians(angle_deg), np.radians(heading_deg)
     level = np.sin(angle)
     return np.column_stack([level * np.cos(heading), level * np.sin(heading), -np.cos(angle)])
 
 
 def shaken(settings: CarrySettings, radius: float) -> np.ndarray:
-    """Return gravity (L, 3) of an object that is shaken along x, y and z, and then stands still."""
+    """Return the gravity (L, 3) in the frame of an object that is shaken along x, y and z, and then stands still."""
     down = np.array([0.0, 0.0, -1.0])
-    rate = 2 * np.pi * settings.frequency * np.sqrt(radius / G)  # radians in a unit of time
+    rate = 2 * np.pi * settings.frequency * np.sqrt(radius / G)  # radians per unit of time
     strength = settings.shake * (2 * np.pi * settings.frequency) ** 2 / G
     wave = strength * np.sin(np.arange(0, 2 * np.pi * CYCLES, rate * LOOK))
     strokes = [down + np.outer(wave, axis) for axis in np.eye(3)]
     return np.concatenate([*strokes, np.tile(down, (int(WAITING / LOOK), 1))])
 
 
-SUB_STEPS = 4  # of a look
-MANY, SUB_STEPS_OF_MANY = 150, 3  # spheres from which on each costs more
-ITERATIONS = 16  # of the solver: with 5 a pile squeezes its lowest spheres through the wall
-STIFFNESS = 0.5  # share of an overlap that a step takes away; by the engine's 0.2 piles overlap by twice as much
-DAMPING = 0.1  # share of its speed that a sphere loses in a unit of time while it is tilted: none flies over a rim
-FINER = 1, 2, 4  # times as many steps, tried in turn until no sphere goes through a wall
-UNSEEN = 0.5  # radii that a sphere moves before its way is looked at: what goes through a wall moves farther
-ASIDE = 0.6  # radii that a centre may be beside the vessel: on the rim it is farther out
-OBJECT, SPHERE = 1, 2  # collision groups, so that rays can meet the object alone
-LEAKS = 0.9  # of what a vessel would hold without holes: if it holds less, the answer says so
-
-
 @dataclass(frozen=True, eq=False)
 class Filling:
-    """The spheres with which a vessel is carried."""
+    """The spheres in a vessel when it is carried."""
 
     centers: np.ndarray  # (S, 3) radii
-    full: int  # spheres that it would be filled with if its walls had no holes
+    full: int  # number of spheres with which it would be filled if its walls had no holes
 
 
 @dataclass(frozen=True, eq=False)
 class CarryOutcome:
-    """What stayed."""
+    """The spheres that stayed in the vessel."""
 
     counts: list[int]  # after each phase
     centers: np.ndarray  # (S, 3) radii
-    crossed: int  # ways of spheres that went through the object
+    crossed: int  # number of paths that passed through the object
 
 
 def filling_of(result: DropResult, radius: float, basin: Basin, fill: float) -> Filling:
-    """Return the lowest of the spheres that settled in a basin, up to a share of what it would hold without holes.
+    """Return the lowest spheres that settled in a basin, up to a share of what it would hold without holes.
 
-    A basin for which there were not enough spheres is filled with all of them.
-
-    Parameters
-    ----------
-    radius : float, metres
+    If there are not enough spheres for the basin, it is filled with all of them. The radius is in metres.
     """
     centers = result.centers / radius
     centers = centers[basin.holds(centers)]
@@ -125,13 +119,15 @@ def filling_of(result: DropResult, radius: float, basin: Basin, fill: float) -> 
 def carry_filled(
     physics: Physics, shape: CollisionShape, basin: Basin, filling: Filling, settings: CarrySettings, radius: float
 ) -> CarryOutcome:
-    """Return what an object keeps of its filling; the radius in metres, which says how fast a frequency in Hz is.
+    """Return what an object keeps of its filling; the radius is in metres.
 
     Raises
     ------
     InputError
-        If spheres go through its walls, however small the steps.
+        If spheres pass through its walls, even in the smallest steps.
     """
+    if not len(filling.centers):
+        return CarryOutcome([0] * (len(settings.angles_deg) + 1), filling.centers, 0)
     for finer in FINER:
         with World(carrying_physics(physics, settings, len(filling.centers), finer)) as world:
             world.add_object(shape)
@@ -145,10 +141,10 @@ def carry_filled(
 
 
 def carrying_physics(physics: Physics, settings: CarrySettings, spheres: int, finer: int) -> Physics:
-    """Return a backend's physics as it is for carrying this many spheres.
+    """Return the physics of a backend, adapted to carrying a number of spheres.
 
-    Without friction of rolling: it is there to hold what has settled on 5 degrees, but it holds some spheres on 15, and
-    it doubles what the solver has to do.
+    There is no rolling friction: it is meant to hold spheres on slopes of 5 degrees, but it holds some on 15, and it
+    doubles the work of the solver.
     """
     sub_steps = finer * (SUB_STEPS_OF_MANY if spheres > MANY else SUB_STEPS)
     return Physics(
@@ -163,16 +159,16 @@ def carrying_physics(physics: Physics, settings: CarrySettings, spheres: int, fi
 
 
 class Carriage:
-    """A vessel on its way with the spheres (S, 3), in radii, that are still in it."""
+    """A vessel in motion and the spheres (S, 3), in radii, that are still in it."""
 
     def __init__(self, world: World, basin: Basin, centers: np.ndarray):
         self.world, self.basin = world, basin
         self.over = basin.over(ASIDE)
-        self.seen = centers  # where each was when its way was last looked at
+        self.seen = centers  # where each was when its path was last checked
         self.crossed = 0
         p, engine = pybullet(), world.engine
         p.setPhysicsEngineParameter(contactERP=STIFFNESS, **engine)
-        # Made where they lie: the engine forgets only slowly that bodies were together where they waited.
+        # Created where they lie: the engine is slow to forget contacts of bodies that waited together elsewhere.
         world.air = [world.add_body(world.sphere, 1.0, center) for center in centers]
         both = OBJECT | SPHERE
         p.setCollisionFilterGroupMask(world.object, -1, OBJECT, both, **engine)
@@ -180,7 +176,7 @@ class Carriage:
             p.setCollisionFilterGroupMask(body, -1, SPHERE, both, **engine)
 
     def carried(self, settings: CarrySettings, radius: float) -> CarryOutcome:
-        """Return what is kept of the spheres."""
+        """Carry the vessel and return the spheres that it keeps."""
         counts = []
         for phase in phases(settings, len(self.seen), radius):
             self.damp(0.0 if phase.shaken else DAMPING)
@@ -192,12 +188,12 @@ class Carriage:
         return CarryOutcome(counts, self.seen if self.world.air else np.empty((0, 3)), self.crossed)
 
     def damp(self, damping: float):
-        """Have spheres lose a share of their speed in a unit of time."""
+        """Let spheres lose a share of their speed per unit of time."""
         for body in self.world.air:
             pybullet().changeDynamics(body, -1, linearDamping=damping, **self.world.engine)
 
     def advance(self, gravity: np.ndarray):
-        """Go on for one look; what has left the vessel is taken away."""
+        """Advance by the time LOOK; spheres that have left the vessel are removed."""
         world = self.world
         pybullet().setGravity(*(world.scale * gravity).tolist(), **world.engine)
         world.step()
@@ -209,7 +205,7 @@ class Carriage:
         self.seen = self.seen[~lost]
 
     def check_paths(self, centers: np.ndarray, rows: np.ndarray):
-        """Count the centres that have come through the object since they were last seen, of those that are asked."""
+        """Count the spheres, among these rows, that have passed through the object since they were last checked."""
         if not rows.any():
             return
         scale = self.world.scale
@@ -224,7 +220,7 @@ class Carriage:
 
 
 def carry_result(
-    kept: CarryOutcome | None,
+    kept: CarryOutcome,
     filling: Filling,
     basin: Basin,
     radius: float,
@@ -232,19 +228,17 @@ def carry_result(
     seconds: float,
     provenance: dict[str, Any],
 ) -> CarryResult:
-    """Return what an object kept of its filling, or of none; the radius in metres."""
-    counts = [0] * (len(settings.angles_deg) + 1) if kept is None else kept.counts
-    shares = [count / max(filling.full, 1) for count in counts]
-    centers = np.empty((0, 3)) if kept is None else kept.centers * radius
+    """Return what an object kept of its filling; the radius is in metres."""
+    *shares, shaken_share = (count / max(filling.full, 1) for count in kept.counts)
     return CarryResult(
         filled=len(filling.centers),
         radius=radius,
         holds=basin.fullness,
         angles_deg=settings.angles_deg,
-        kept=tuple(shares[:-1]),
-        kept_shaken=shares[-1],
-        centers=centers,
-        weight=len(centers) * settings.density * 4 / 3 * np.pi * radius**3,
+        kept=tuple(shares),
+        kept_shaken=shaken_share,
+        centers=kept.centers * radius,
+        weight=len(kept.centers) * settings.density * 4 / 3 * np.pi * radius**3,
         notes=notes_on(filling, basin),
         seconds=seconds,
         provenance=provenance,
@@ -252,7 +246,7 @@ def carry_result(
 
 
 def notes_on(filling: Filling, basin: Basin) -> tuple[str, ...]:
-    """Return what a reader has to know of a vessel."""
+    """Return remarks on a vessel for the user."""
     if not len(filling.centers):
         return ("nothing stays in it",)
     if basin.fullness < LEAKS:

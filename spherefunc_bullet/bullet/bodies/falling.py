@@ -1,9 +1,9 @@
-"""How an object can lie, dropped from many directions as a free rigid body, and whether it stands as it came.
+"""Stable poses of an object that is dropped as a free rigid body, and whether it stands as it is.
 
-It is let go on the ground alone, and with a load fixed at one place after another; many times at once, each time in a
-place of its own. On level ground only the convex hull of a body is ever met. Lengths are in the body's largest extent,
-times in sqrt(extent / g), masses in bodies; the hull's axes are the principal axes of inertia, as the engine wants
-them.
+For stances it is released on the ground, alone and with a load at one place after another. Many copies move at once,
+far apart from each other. On level ground only the convex hull of a body makes contact. Lengths are in units of the
+body's largest extent, times in sqrt(extent / g), masses in bodies; the axes of the hull are the principal axes of
+inertia, as the engine needs them.
 """
 
 from __future__ import annotations
@@ -16,23 +16,24 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Material, Pose, PoseSettings, Stance, StandSettings
 from ...simulator.statics.body import Body
-from ...simulator.statics.facets import Facets, at_rest, facets_of, share_of_rests, stable_poses, turned_down
+from ...simulator.statics.facets import at_rest, facets_of, share_of_rests, stable_poses, turned_down
 from ...simulator.statics.standing import StandState, stance_at, stance_of_body
 from ..engine import Engine, pybullet
 
-STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
-SUB_STEPS = 5  # between two looks
+STEP = 0.02  # units of time: 6 ms at an extent of 1 m; half of it changes no share by more than another seed does
+SUB_STEPS = 5  # between two checks
 ITERATIONS = 20  # of the engine's solver
-ROLLING = 0.01  # friction of rolling, in extents: without it what is round rolls for ever; it holds on an edge, too
+ROLLING = 0.01  # rolling friction, in extents: without it round bodies roll for ever; it also holds a body on an edge
 APART = 3.0  # extents between places
-REST_SPEED = 0.01  # of the centre, and of the surface through turning
-REST_TIME = 1.0  # for which it has to be as slow
+REST_SPEED = 0.01  # of the centre, and of the surface due to rotation; a slower body may be at rest
+REST_TIME = 1.0  # time for which it has to be so slow
+GOLDEN = np.pi * (3 - np.sqrt(5))  # the angle between neighbours in a sunflower
 Settled = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """A body's hull as the engine has it."""
+    """The convex hull of a body as the engine uses it."""
 
     corners: np.ndarray  # (V, 3) about the centre of mass, along the principal axes
     inertia: np.ndarray  # (3,) about those
@@ -43,27 +44,19 @@ class FreeBody:
         return rotations @ self.axes
 
     def down(self, turns: np.ndarray) -> np.ndarray:
-        """Return which direction (N, 3) of the body points down, its principal axes turned by (N, 3, 3)."""
+        """Return the directions (N, 3) of the body that point down for rotations (N, 3, 3) of its principal axes."""
         return -turns[:, 2] @ self.axes.T
 
 
 def free_body(body: Body) -> FreeBody:
-    """Return a body in its own units and along its principal axes."""
+    """Return a body in units of its own size, along its principal axes."""
     moments, axes = np.linalg.eigh(body.inertia / (body.mass * body.extent**2))
     axes = axes * np.sign(np.linalg.det(axes))
     return FreeBody((body.corners - body.center) / body.extent @ axes, np.maximum(moments, 1e-6), axes)
 
 
-@dataclass(frozen=True, eq=False)
-class Rests:
-    """Where bodies came to rest."""
-
-    down: np.ndarray  # (N, 3), the direction of the body that points down; NaN of what never rested
-    rested: np.ndarray  # (N,) bool
-
-
 class ParallelDropWorld(Engine):
-    """An engine with a level ground."""
+    """An engine with level ground on which many bodies fall side by side."""
 
     def __init__(self, matter: Material):
         super().__init__(fixedTimeStep=STEP * SUB_STEPS, numSubSteps=SUB_STEPS, numSolverIterations=ITERATIONS)
@@ -71,17 +64,17 @@ class ParallelDropWorld(Engine):
         p.setGravity(0, 0, -1, **self.engine)
         ground = p.createCollisionShape(p.GEOM_PLANE, **self.engine)
         number = p.createMultiBody(0, ground, self.visual, useMaximalCoordinates=1, **self.engine)
-        # The engine multiplies friction and restitution of two bodies; with 1 for the ground the body's own hold.
+        # The engine multiplies friction and restitution of two bodies; with 1 for the ground, those of the body apply.
         p.changeDynamics(number, -1, lateralFriction=1.0, restitution=1.0, **self.engine)
 
     def hull(self, body: FreeBody) -> int:
-        """Return the engine's number of a body's hull."""
+        """Return the number in the engine of the hull of a body."""
         return pybullet().createCollisionShape(pybullet().GEOM_MESH, vertices=body.corners.tolist(), **self.engine)
 
     def add(
         self, body: FreeBody, hull: int, turn: np.ndarray, clearance: float, place: int, rolling: float = ROLLING
     ) -> int:
-        """Return a new body, turned by (3, 3), its lowest corner at a height over its place; friction in extents."""
+        """Return a new body, rotated by (3, 3), with its lowest corner at a height above its place."""
         p = pybullet()
         lowest = float((body.corners @ turn[2]).min())
         number = p.createMultiBody(
@@ -96,7 +89,7 @@ class ParallelDropWorld(Engine):
         p.changeDynamics(
             number,
             -1,
-            mass=1.0,  # without it the engine takes the inertia for none
+            mass=1.0,  # without it the engine ignores the inertia
             localInertiaDiagonal=body.inertia.tolist(),
             lateralFriction=self.matter.friction,
             rollingFriction=rolling,
@@ -109,18 +102,25 @@ class ParallelDropWorld(Engine):
         )
         return number
 
-    def until_rest(self, bodies: Sequence[FreeBody], numbers: Sequence[int], settled: Settled, limit: float) -> Rests:
-        """Let bodies move until each is at rest, or a time is over; those at rest are taken away.
+    def until_rest(
+        self, bodies: Sequence[FreeBody], numbers: Sequence[int], settled: Settled, limit: float
+    ) -> np.ndarray:
+        """Let bodies move until each is at rest, or until a time limit; bodies at rest are removed.
 
         Parameters
         ----------
         settled : callable
-            Says of which bodies (K,) and of what points down on each (K, 3) a stop is no moment of balance, (K,) bool.
+            Returns, for body numbers (K,) and the directions that point down (K, 3), whether each body that has stopped
+            is at rest and not just balanced, (K,) bool.
+
+        Returns
+        -------
+        (N, 3)
+            The direction of each body that points down at rest; NaN for bodies that never came to rest.
         """
         p, left = pybullet(), np.arange(len(numbers))
-        rests = Rests(np.full((len(numbers), 3), np.nan), np.zeros(len(numbers), bool))
+        rests, slow = np.full((len(numbers), 3), np.nan), np.zeros(len(numbers))
         places, turns = self.state(numbers, left)
-        slow = np.zeros(len(numbers))
         for _ in range(int(np.ceil(limit / (STEP * SUB_STEPS)))):
             p.stepSimulation(**self.engine)
             before = places, turns
@@ -131,7 +131,7 @@ class ParallelDropWorld(Engine):
                 continue
             down = np.array([bodies[k].down(turn[None])[0] for k, turn in zip(left, turns, strict=True)])
             ended = still & settled(left, down)
-            rests.down[left[ended]], rests.rested[left[ended]] = down[ended], True
+            rests[left[ended]] = down[ended]
             for number in left[ended]:
                 p.removeBody(numbers[number], **self.engine)
             left, places, turns = left[~ended], places[~ended], turns[~ended]
@@ -140,7 +140,7 @@ class ParallelDropWorld(Engine):
         return rests
 
     def state(self, numbers: Sequence[int], left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return places (K, 3) and turns (K, 3, 3) of some bodies."""
+        """Return positions (K, 3) and rotations (K, 3, 3) of some bodies."""
         get = pybullet().getBasePositionAndOrientation
         rows = [get(numbers[k], **self.engine) for k in left]
         turns = Rotation.from_quat([row[1] for row in rows]).as_matrix() if rows else np.empty((0, 3, 3))
@@ -148,16 +148,13 @@ class ParallelDropWorld(Engine):
 
 
 def moved(places: np.ndarray, turns: np.ndarray, new_places: np.ndarray, new_turns: np.ndarray) -> np.ndarray:
-    """Return how far bodies have moved, or their surfaces by turning, whichever is more, (K,); unknown is far."""
+    """Return how far bodies or, by rotation, their surfaces have moved, the larger of both, (K,); infinite for NaN."""
     turned = np.linalg.norm((new_turns - turns).reshape(-1, 9), axis=1) / np.sqrt(2)
     return np.nan_to_num(np.maximum(np.linalg.norm(new_places - places, axis=1), turned), nan=np.inf)
 
 
-GOLDEN = np.pi * (3 - np.sqrt(5))  # the angle between neighbours of a sunflower's seeds
-
-
 def fallen_poses(body: Body, settings: PoseSettings, seed: int) -> tuple[tuple[Pose, ...], int]:
-    """Return a body's poses by drops and by statics, and how many drops never came to rest."""
+    """Return the poses of a body by drops and by statics, and the number of drops that never came to rest."""
     facets, free = facets_of(body), free_body(body)
     turns = free.world_rotation(even_rotations(settings.drops, seed))
     with ParallelDropWorld(settings.matter) as world:
@@ -165,14 +162,14 @@ def fallen_poses(body: Body, settings: PoseSettings, seed: int) -> tuple[tuple[P
         numbers = [world.add(free, hull, turn, settings.fall, place) for place, turn in enumerate(turns)]
         bodies = [free] * len(numbers)
         rests = world.until_rest(bodies, numbers, lambda _, down: at_rest(facets, down), settings.time_limit)
-    counts = share_of_rests(facets, rests.down[rests.rested])
-    return stable_poses(facets, settings, counts), int((~rests.rested).sum())
+    rested = ~np.isnan(rests).any(axis=1)
+    return stable_poses(facets, settings, share_of_rests(facets, rests[rested])), int((~rested).sum())
 
 
 def even_rotations(count: int, seed: int) -> np.ndarray:
-    """Return rotations (N, 3, 3) whose downward directions are spread evenly over the sphere, turned at random.
+    """Return rotations (N, 3, 3) whose downward directions are spread evenly over the sphere, rotated at random.
 
-    Random ones would need ten times as many for the same shares. Which way a body faces does not matter.
+    Random directions would need ten times as many drops for the same accuracy. The heading of a body does not matter.
     """
     steps = np.arange(count)
     heights = 1 - (2 * steps + 1) / count
@@ -183,7 +180,7 @@ def even_rotations(count: int, seed: int) -> np.ndarray:
 
 
 def release(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]:
-    """Return what becomes of bodies that are let go on the ground in the pose they came in, each by itself."""
+    """Return the stances of bodies that are released on the ground in their given poses, each by itself."""
     frees, facets = [free_body(body) for body in bodies], [facets_of(body) for body in bodies]
 
     def settled(left: np.ndarray, down: np.ndarray) -> np.ndarray:
@@ -192,16 +189,13 @@ def release(bodies: Sequence[Body], settings: StandSettings) -> list[StandState]
     with ParallelDropWorld(settings.matter) as world:
         numbers = []
         for place, (free, of_one) in enumerate(zip(frees, facets, strict=True)):
-            # Friction of rolling would hold what stands on an edge, its weight beyond it: only what is round has it.
+            # Only round bodies have rolling friction: it would hold a body on an edge although its weight acts beyond.
             rolling = 0.0 if stance_of_body(of_one, settings).flat else ROLLING
             turn = free.world_rotation(np.eye(3)[None])[0]
             numbers.append(world.add(free, world.hull(free), turn, 0.0, place, rolling))
         rests = world.until_rest(frees, numbers, settled, settings.time_limit)
-    return [stand_of(rests, k, of_one, settings) for k, of_one in enumerate(facets)]
-
-
-def stand_of(rests: Rests, k: int, facets: Facets, settings: StandSettings) -> StandState:
-    """Return what became of one body."""
-    if not rests.rested[k]:
-        return StandState(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan), flat=False)
-    return stance_at(facets, rests.down[k], settings)
+    moves = StandState(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan), flat=False)
+    return [
+        moves if np.isnan(down).any() else stance_at(of_one, down, settings)
+        for of_one, down in zip(facets, rests, strict=True)
+    ]

@@ -1,4 +1,4 @@
-"""Collision: from a cloud's points to the surface that spheres meet in Bullet, as triangles or convex pieces.
+"""Collision shapes for Bullet, made from the points of a cloud: triangles or convex pieces.
 
-May import `clouds` and the words of the package's root, and nothing of the engine but how it loads shapes.
+May import `clouds` and the modules of the package's root, but not the engine.
 """

@@ -1,4 +1,4 @@
-"""Cuts of a flat set of faces until the convex hull of each part bridges no hole and no notch."""
+"""Cuts of a flat set of faces until no part's convex hull bridges a hole or a notch."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from scipy.ndimage import label
 
 from ...processes.compilation import njit
 
-CELLS = 4  # of the grid on which hulls are looked at, per reach
-MAX_CELLS = 4_000_000  # the grid is made coarser beyond
-MAX_JUDGED = 20_000  # bare cells that cuts are compared by
+CELLS = 4  # of the grid on which hulls are checked, per reach
+MAX_CELLS = 4_000_000  # with more, the grid is coarser
+MAX_JUDGED = 20_000  # bare cells by which cuts are compared
 NONE = np.empty((0, 2))
-DIRECTIONS = 8  # of cuts, from along the hull's longest edge on
+DIRECTIONS = 8  # of cuts, starting along the longest edge of the hull
 
 
 def parts_without_bridges(flat: np.ndarray, faces: np.ndarray, around: np.ndarray, reach: float) -> list[np.ndarray]:
@@ -25,9 +25,9 @@ def parts_without_bridges(flat: np.ndarray, faces: np.ndarray, around: np.ndarra
         Corners of the faces in their plane.
     faces : (M, 3) integers
     around : (A, 2) float64
-        Further points that hulls may lie at.
+        Further points that hulls may cover.
     reach : float, unit of the corners
-        A hull has no location, on a grid, farther than this from all points.
+        No cell of a grid inside a hull is farther than this from all points.
     """
     parts, waiting = [], [faces]
     order = np.lexsort((flat[:, 1], flat[:, 0]))
@@ -45,9 +45,9 @@ def parts_without_bridges(flat: np.ndarray, faces: np.ndarray, around: np.ndarra
 
 
 def hull_of(points: np.ndarray, slack: float) -> np.ndarray:
-    """Return the indices of the convex hull's corners, without those that stand out by no more than the slack.
+    """Return the indices of the corners of the convex hull, counterclockwise (Andrew's monotone chain).
 
-    Counterclockwise (Andrew's monotone chain).
+    Corners that stand out by no more than the slack are dropped.
     """
     hull = chain(points, np.lexsort((points[:, 1], points[:, 0])))
     return hull if slack == 0 else standing_out(points, hull, slack)
@@ -55,7 +55,7 @@ def hull_of(points: np.ndarray, slack: float) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def chain(points, order):
-    """Return the corners of the hull of points, given their order along x and, where that is equal, y."""
+    """Return the corners of the hull of points, given their order by x and then y."""
     n = len(order)
     hull = np.empty(2 * n + 2, np.int64)
     k = 0
@@ -67,18 +67,18 @@ def chain(points, order):
                 k -= 1
             hull[k] = i
             k += 1
-        k -= 1  # where one chain ends the other begins
+        k -= 1  # the other chain starts where this one ends
     return hull[: max(k, 1)]
 
 
 @njit(cache=True, error_model="numpy")
 def standing_out(points, hull, slack):
-    """Return the corners of a hull without those that are near the line from the last one kept to the next."""
+    """Return the corners of a hull without those near the line from the last kept corner to the next one."""
     corners = np.empty(len(hull), np.int64)
     corners[0] = hull[0]
     count, last = 1, 0
     for h in range(1, len(hull)):
-        # All left away since the last corner kept must be near the new line, too.
+        # All corners dropped since the last kept one must be near the new line, too.
         end = hull[(h + 1) % len(hull)]
         length = math.hypot(
             points[end, 0] - points[corners[count - 1], 0], points[end, 1] - points[corners[count - 1], 1]
@@ -93,13 +93,13 @@ def standing_out(points, hull, slack):
 
 @njit(cache=True, error_model="numpy")
 def cross(points, a, b, c):
-    """Return twice the area of a triangle, negative if it runs clockwise."""
+    """Return twice the area of a triangle, negative if it is clockwise."""
     ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     return ux * (points[c, 1] - points[a, 1]) - uy * (points[c, 0] - points[a, 0])
 
 
 def bare_cells(points: np.ndarray, hull: np.ndarray, reach: float) -> np.ndarray:
-    """Return the centres (B, 2) of the cells inside a hull that no point lies within reach of."""
+    """Return the centres (B, 2) of the cells inside a hull that have no point within reach."""
     low, size = hull.min(axis=0), np.ptp(hull, axis=0)
     if np.hypot(*size) <= reach:
         return NONE
@@ -109,7 +109,7 @@ def bare_cells(points: np.ndarray, hull: np.ndarray, reach: float) -> np.ndarray
 
 @njit(cache=True, error_model="numpy")
 def bare_centers(points, hull, low, dims, side, reach):
-    """Return the nodes (B, 2) of a lattice inside a hull that no point lies within reach of."""
+    """Return the nodes (B, 2) of a grid inside a hull that have no point within reach."""
     covered = np.zeros((dims[0], dims[1]), np.bool_)
     for p in points:
         x, y = (p[0] - low[0]) / side, (p[1] - low[1]) / side
@@ -133,7 +133,7 @@ def bare_centers(points, hull, low, dims, side, reach):
 
 @njit(cache=True, error_model="numpy")
 def span(hull, x):
-    """Return between which heights a vertical line crosses a convex polygon."""
+    """Return the lower and upper y at which a vertical line crosses a convex polygon."""
     bottom, top = np.inf, -np.inf
     for a in range(len(hull)):
         b = (a + 1) % len(hull)
@@ -164,7 +164,7 @@ def best_cut(
     bare: np.ndarray,
     reach: float,
 ) -> np.ndarray:
-    """Return which of the faces lie on one side of the cut that leaves the fewest bare cells inside the two hulls."""
+    """Return the mask of the faces on one side of the cut that leaves the fewest bare cells inside the two hulls."""
     middles = flat[faces].mean(axis=1)
     bare = bare[:: len(bare) // MAX_JUDGED + 1]
     edges = np.roll(hull, -1, axis=0) - hull
@@ -187,7 +187,7 @@ def best_cut(
 
 @njit(cache=True, error_model="numpy")
 def of_faces(order, faces, side, wanted):
-    """Return the corners of the faces on one side of a cut, in the given order."""
+    """Return the corners of the faces whose side is ``wanted``, in the given order."""
     corner = np.zeros(len(order), np.bool_)
     for f in range(len(faces)):
         if side[f] == wanted:
@@ -198,7 +198,7 @@ def of_faces(order, faces, side, wanted):
 
 @njit(cache=True, error_model="numpy")
 def count_inside(bare, hull):
-    """Return how many cells lie inside a hull."""
+    """Return the number of cells inside a hull."""
     count = 0
     for p in bare:
         within = True
@@ -213,7 +213,7 @@ def count_inside(bare, hull):
 
 
 def in_halves(middles: np.ndarray) -> np.ndarray:
-    """Return the half of some places that lies first along the longer side of their box."""
+    """Return the mask of the first half of some points along the longer side of their bounding box."""
     order = np.argsort(middles[:, np.argmax(np.ptp(middles, axis=0))], kind="stable")
     side = np.zeros(len(middles), bool)
     side[order[: len(middles) // 2]] = True

@@ -1,9 +1,9 @@
-"""Few convex pieces that together make a surface of triangles: flat sides, and the bends between them.
+"""Decomposition of a surface of triangles into few convex pieces: flat sides, and the bends between them.
 
-Faces that hang together within a tolerance of one plane make a side. What is left at an edge hangs between two sides:
-all such faces of the same two make one bend, whose hull is a thin wedge along the edge. What is still left on curved
-parts goes through the same with a wider tolerance, and at last any few faces make a side. Sides and bends are cut
-where their convex hulls would bridge a hole or a notch.
+Connected faces within a tolerance of one plane form a side. The faces that remain at an edge connect two sides: all
+such faces of the same two sides form one bend, whose hull is a thin wedge along the edge. The faces that remain on
+curved parts are grouped in the same way with a larger tolerance, and in the last round any few faces form a side.
+Sides and bends are cut where their convex hulls would bridge a hole or a notch.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from .cuts import hull_of, parts_without_bridges
 from .sides import grow_sides
 
-# Tolerances of the rounds, in tolerances, and the faces that a side needs there to count as one: a chamfer's few
-# must not, or edges would fall to pieces.
+# For each round, the factor of the tolerance and the smallest number of faces of a side: the few faces of a chamfer
+# must not form one, or edges would fall to pieces.
 ROUNDS = ((1, 30), (3, 15), (8, 1))
-SLIVER = 0.25  # of the tolerance: corners of hulls that stand out less are left away
+SLIVER = 0.25  # of the tolerance: corners of hulls that stand out less are dropped
 
 
 def convex_pieces(vertices: np.ndarray, faces: np.ndarray, tolerance: float, reach: float) -> list[np.ndarray]:
@@ -29,11 +29,11 @@ def convex_pieces(vertices: np.ndarray, faces: np.ndarray, tolerance: float, rea
     vertices : (N, 3) float64, any unit
         Sorted, so that the order of a cloud's points has no influence.
     faces : (M, 3) integers
-        Need not be a manifold; may overlap.
+        They need not form a manifold, and may overlap.
     tolerance : float, unit of the vertices
-        Greatest distance of a flat piece's vertices from its plane; three or eight times that on curved parts.
+        Largest distance of the vertices of a flat piece from its plane; three or eight times that on curved parts.
     reach : float, unit of the vertices
-        The hull of a piece has no location farther than this, and one cell of a grid, from all vertices around it.
+        No location in the hull of a piece is farther than this, plus one cell of a grid, from all vertices around it.
     """
     faces = np.ascontiguousarray(faces, dtype=np.int32)
     pieces = []
@@ -43,13 +43,12 @@ def convex_pieces(vertices: np.ndarray, faces: np.ndarray, tolerance: float, rea
 
 
 def groups(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield sets of faces, as indices, that make one side or one bend, and vertices where others go on seamlessly.
+    """Yield the face indices of each side or bend, and the vertices where adjacent pieces continue it seamlessly.
 
     Every face is in one set.
     """
-    free = np.arange(len(faces))
-    owners = np.empty((0, 2), np.int64)  # a vertex and a side that has it, each pair once
-    count = 0
+    free, count = np.arange(len(faces)), 0
+    owners = np.empty((0, 2), np.int64)  # pairs of a vertex and a side that contains it, without duplicates
     for times, least in ROUNDS:
         if len(free) == 0:
             return
@@ -68,12 +67,12 @@ def groups(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> Iterato
 def bends_between(
     faces: np.ndarray, free: np.ndarray, owners: np.ndarray, count: int, vertices: int
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]:
-    """Return the sets of faces that hang between the same sides with the vertices that those share, and the rest."""
+    """Return the sets of faces between the same two sides, with the vertices that these share, and the other faces."""
     first, second = first_sides(owners, count, vertices)
     sides = np.sort(first[faces[free]], axis=1)
     between = sides[:, 2] < count
     sides, bent = sides[between], free[between]
-    # Three sides meet in a corner: what hangs there goes to the larger two.
+    # Faces in a corner of three sides go to the larger two.
     names = sides[:, 0] * count + np.where(sides[:, 1] == sides[:, 0], sides[:, 2], sides[:, 1])
     shared = np.flatnonzero(second < count)
     shared_names = first[shared] * count + second[shared]
@@ -87,7 +86,7 @@ def bends_between(
 
 
 def first_sides(owners: np.ndarray, count: int, vertices: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two lowest numbers of the sides that each vertex lies on, ``count`` where there are fewer."""
+    """Return the two lowest numbers of the sides that contain each vertex; ``count`` if there are fewer."""
     first, second = np.full(vertices, count), np.full(vertices, count)
     np.minimum.at(first, owners[:, 0], owners[:, 1])
     others = owners[owners[:, 1] != first[owners[:, 0]]]
@@ -96,14 +95,14 @@ def first_sides(owners: np.ndarray, count: int, vertices: int) -> tuple[np.ndarr
 
 
 def unique_rows(pairs: np.ndarray) -> np.ndarray:
-    """Return each of some pairs of numbers once."""
+    """Return pairs of numbers without duplicates."""
     width = pairs[:, 1].max(initial=0) + 1
     keys = np.unique(pairs[:, 0] * width + pairs[:, 1])
     return np.column_stack([keys // width, keys % width])
 
 
 def split_by(items: np.ndarray, names: np.ndarray) -> list[np.ndarray]:
-    """Return the items of each name, by name."""
+    """Return the items grouped by name, in the order of the names."""
     if len(items) == 0:
         return []
     order = np.argsort(names, kind="stable")
@@ -127,7 +126,7 @@ def group_pieces(
 
 
 def corners(placed: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the indices of the points (N, 3) in their principal axes that stand for their hull."""
+    """Return the indices of the points (N, 3), given along their principal axes, that represent their hull."""
     if len(placed) <= 4:
         return np.arange(len(placed))
     slack = SLIVER * tolerance

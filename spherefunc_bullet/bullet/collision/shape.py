@@ -1,7 +1,7 @@
-"""From a cloud to what spheres can collide with: ``voxel``, ``compound`` or ``mesh``.
+"""Collision shapes of clouds: ``voxel``, ``compound`` or ``mesh``.
 
-A voxel as a box would turn every slope into stairs, on which spheres stand. So the occupied voxels are represented
-by points of the cloud, and the surface between those is spanned by the alpha complex, which meets planes exactly.
+Voxels as boxes would turn every slope into stairs, on which spheres stay. So each occupied voxel is represented by
+points of the cloud, and an alpha shape spans the surface between them, which reproduces planes exactly.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from ...clouds.cloud import MAX_GAP, MIN_POINTS, PITCH, Cloud
 from ...errors import InputError
 
 VOXEL = 0.4  # of the radius
-FLAT = 0.02  # radii: how far a point may lie from the plane of those that stand for it
-ALPHA = 0.58  # of the radius: what this ball cannot reach in a right angle, the sphere does not touch (2 - sqrt 2)
-SLIVER = 0.01  # radii: width of the faces that stand for wires and single points
-MAX_FACES = 12_000_000  # what the engine can hold in some 2 GiB
+FLAT = 0.02  # radii: largest distance of a point from the plane of the points that represent it
+ALPHA = 0.58  # of the radius: the sphere does not touch what this ball cannot reach in a right angle (2 - sqrt 2)
+SLIVER = 0.01  # radii: width of the faces for wires and single points
+MAX_FACES = 12_000_000  # the engine can hold these in some 2 GiB
 
 
 @dataclass(frozen=True, kw_only=True)
 class CollisionShape:
-    """What spheres collide with, in radii: triangles, or convex pieces."""
+    """The shape that spheres collide with, in radii: triangles or convex pieces."""
 
     name: str  # of the object
     kind: str
     vertices: np.ndarray  # (N, 3) float64
     faces: np.ndarray  # (M, 3) int32
-    pieces: tuple[np.ndarray, ...] | None = None  # vertices (K, 3) of convex pieces; None where the faces are the shape
-    columns: np.ndarray  # (C, 3) points of the surface, dense enough to say how high it is under a sphere
+    pieces: tuple[np.ndarray, ...] | None = None  # vertices (K, 3) of convex pieces; None if the faces are the shape
+    columns: np.ndarray  # (C, 3) points of the surface, dense enough to find its height under a sphere
     voxel_size: float | None = None
     gap: float | None = None
 
     def facts(self, radius: float) -> dict:
-        """Return what there is to know of the shape, lengths in metres."""
+        """Return a description of the shape for the provenance, with lengths in metres."""
         facts = {"kind": self.kind, "faces": len(self.faces)}
         if self.pieces is not None:
             facts["pieces"] = len(self.pieces)
@@ -81,7 +81,7 @@ def collision_shape(cloud: Cloud, radius: float, kind: str, voxel_size: float | 
 
 
 def of_mesh(cloud: Cloud, radius: float) -> CollisionShape:
-    """Return the faces of the mesh that a cloud samples."""
+    """Return the mesh that a cloud samples as a collision shape."""
     if cloud.mesh is None:
         raise InputError(f"{cloud.name}: shape 'mesh': expected an object that came as a mesh, got points; use voxel")
     return CollisionShape(
@@ -94,16 +94,16 @@ def of_mesh(cloud: Cloud, radius: float) -> CollisionShape:
 
 
 def thinned(cloud: Cloud, radius: float, voxel_size: float | None) -> tuple[np.ndarray, float | None, float]:
-    """Return the points that the surface is spanned between, the voxels' size if there are any, and the gap, in radii.
+    """Return the points between which the surface is spanned, the voxel size (None without) and the gap, in radii.
 
-    The gap is the largest distance from surface to point: the 5 mm that sampling promises, less in a scan that
-    resolves more, more in one that resolves less.
+    The gap is the largest distance from the surface to a point: the 5 mm that sampling guarantees, less for finer
+    scans, more for coarser ones.
     """
     from .voxels import representatives
 
     points = distinct(cloud) / radius
     spacing = Cloud(points, cloud.name).spacing
-    if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
+    if cloud.mesh is not None:  # the nearest sample may lie on the other side of a thin wall
         spacing = max(spacing, PITCH / radius)
     gap = max(min(MAX_GAP / radius, 3 * spacing), 1.25 * spacing)
     side = VOXEL if voxel_size is None else voxel_size / radius
@@ -113,12 +113,12 @@ def thinned(cloud: Cloud, radius: float, voxel_size: float | None) -> tuple[np.n
 
 
 def distinct(cloud: Cloud) -> np.ndarray:
-    """Return the points (N, 3) without repetitions, in the order of their coordinates, metres.
+    """Return the points (N, 3) without duplicates, sorted by coordinates, metres.
 
     Raises
     ------
     InputError
-        If hardly any are left.
+        If too few are left.
     """
     points = cloud.points[np.lexsort(cloud.points.T[::-1])]
     points = points[np.append(True, (np.diff(points, axis=0) != 0).any(axis=1))]
@@ -130,7 +130,7 @@ def distinct(cloud: Cloud) -> np.ndarray:
 
 
 def spanned(name: str, points: np.ndarray, alpha: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (N, 3) and faces (M, 3) between points, with slivers where points lie alone or in a row."""
+    """Return the vertices (N, 3) and faces (M, 3) between points, with slivers at single points and rows of points."""
     from .triangulation import faces_between
 
     faces = require_room(name, faces_between(points, alpha, gap))
@@ -138,7 +138,7 @@ def spanned(name: str, points: np.ndarray, alpha: float, gap: float) -> tuple[np
 
 
 def with_slivers(points: np.ndarray, faces: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and faces with a sliver from each point without a face to its two nearest neighbours."""
+    """Return points and faces, with slivers added between each point without a face and its two nearest neighbours."""
     bare = np.setdiff1d(np.arange(len(points)), faces)
     if not len(bare):
         return points, faces
@@ -155,7 +155,7 @@ def with_slivers(points: np.ndarray, faces: np.ndarray, gap: float) -> tuple[np.
 
 
 def require_room(name: str, faces: np.ndarray) -> np.ndarray:
-    """Return the faces if the engine can hold them."""
+    """Return the faces, or raise InputError if there are too many for the engine."""
     if len(faces) > MAX_FACES:
         raise InputError(
             f"{name}: expected a shape of at most {MAX_FACES:,} faces, got {len(faces):,}; use a larger radius"

@@ -1,7 +1,7 @@
 """Flat sides of a surface of triangles.
 
-Sides grow one after the other from the flattest faces over those that hang together by a vertex and lie near one
-plane, which is fitted anew to what has grown.
+Sides grow one after the other, beginning at the flattest faces, over faces that share a vertex and lie near one plane,
+which is refitted as the side grows.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import numpy as np
 from ...processes.compilation import njit
 
 FREE = -1
-STEP = 0.25  # of the tolerance: faces that bend alike but for this are seeds in their own order
-ROUNDS = 4  # of fitting a plane to what grew on the last one
-TINY = 1e-12  # twice the area of a face that is none, in units of the vertices
+STEP = 0.25  # of the tolerance: faces whose bending differs by less are seeds in their own order
+ROUNDS = 4  # of fitting a plane to the faces that grew on the previous one
+TINY = 1e-12  # twice the area below which a face is degenerate, in units of the vertices
 
 
 def grow_sides(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> np.ndarray:
@@ -24,7 +24,7 @@ def grow_sides(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> np.
     vertices : (N, 3) float64
     faces : (M, 3) integers
     tolerance : float, unit of the vertices
-        Greatest distance of a side's vertices from its plane.
+        Largest distance of a side's vertices from its plane.
     """
     starts, incident = faces_of_vertices(faces, len(vertices))
     normals = unit_normals(vertices, faces)
@@ -39,7 +39,7 @@ def grow_sides(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> np.
 
 
 def faces_of_vertices(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return where each vertex's faces start (N + 1,) in the list (3 M,) of them all."""
+    """Return the start (N + 1,) of the faces of each vertex in a list (3 M,), and that list."""
     corners = faces.ravel()
     starts = np.zeros(count + 1, np.int64)
     np.cumsum(np.bincount(corners, minlength=count), out=starts[1:])
@@ -47,7 +47,7 @@ def faces_of_vertices(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.nda
 
 
 def unit_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the normals (M, 3), NaN where the corners lie in a row: near such a plane is nothing."""
+    """Return the normals (M, 3); NaN for degenerate faces, to whose plane nothing is near."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1)
@@ -57,7 +57,7 @@ def unit_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def bending(vertices, faces, normals, starts, incident):
-    """Return how far the corners of the faces around lie from the plane of each."""
+    """Return the largest distance (M,) of the corners of the surrounding faces from the plane of each face."""
     bends = np.zeros(len(faces))
     for f in range(len(faces)):
         a = faces[f, 0]
@@ -75,7 +75,7 @@ def bending(vertices, faces, normals, starts, incident):
 
 @njit(cache=True, error_model="numpy")
 def extend_side(vertices, faces, normals, starts, incident, seeds, tolerance):
-    """Return the side of every face (M,), by seed."""
+    """Return the number of the side of every face (M,), in the order of the seeds."""
     labels = np.full(len(faces), FREE, np.int32)
     stamps = np.zeros(len(faces), np.int32)
     seen = np.zeros(len(vertices), np.int32)
@@ -108,7 +108,7 @@ def extend_side(vertices, faces, normals, starts, incident, seeds, tolerance):
 
 @njit(cache=True, error_model="numpy")
 def through(vertices, faces, normals, f):
-    """Return the plane (4,) of a face: its unit normal and its distance from the origin along that."""
+    """Return the plane (4,) of a face: its unit normal and its signed distance from the origin."""
     plane = np.empty(4)
     plane[:3] = normals[f]
     plane[3] = np.sum(normals[f] * vertices[faces[f, 0]])
@@ -117,7 +117,7 @@ def through(vertices, faces, normals, f):
 
 @njit(cache=True, error_model="numpy")
 def spread(vertices, faces, starts, incident, labels, seed, plane, tolerance, stamp, stamps, seen, members, corners):
-    """Write the free faces near a plane that hang together with a seed, and their corners; return how many of both."""
+    """Write the free faces near a plane that are connected to a seed, and their corners; return the numbers of both."""
     if not near(vertices, faces, seed, plane, tolerance):
         return 0, 0
     members[0] = seed
@@ -157,7 +157,7 @@ def near(vertices, faces, f, plane, tolerance):
 
 @njit(cache=True, error_model="numpy")
 def fitted(vertices, corners):
-    """Return the plane of least squares, moved to the middle between the outermost points."""
+    """Return the least-squares plane, moved to the middle between the outermost points."""
     mean = np.zeros(3)
     for v in corners:
         mean += vertices[v]

@@ -1,10 +1,10 @@
-"""The surface between the points of a cloud: what a ball rolled over them would span (alpha shapes).
+"""The surface between the points of a cloud, as alpha shapes define it.
 
-Three points make a face if a ball of radius ``alpha`` can touch them while it holds no other point (an exposed face
-of the alpha shape; Edelsbrunner and Mücke, "Three-dimensional alpha shapes", 1994). On a plane these are the Delaunay
-triangles, so a plane is met exactly at any tilt; inside a thin wall, where no ball fits, there are none. Wider gaps are
-spanned if a ball of radius ``gap`` can touch the three points and the smallest ball through them holds no other (a
-Gabriel face), which closes holes and leaves corners open.
+Three points form a face if a ball of radius ``alpha`` can touch them without containing any other point (an exposed
+face of the alpha shape; Edelsbrunner and Mücke, "Three-dimensional alpha shapes", 1994). On a plane these are the
+Delaunay triangles, so planes are exact at any tilt; inside a thin wall, where no ball fits, there are none. Wider gaps
+are spanned if a ball of radius ``gap`` can touch the three points and the smallest ball through them contains no other
+point (a Gabriel face), which closes holes and leaves corners open.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 
 from ...processes.compilation import njit
 
-MAX_NEIGHBORS = 256  # of a point within twice the gap, the nearest; more are not looked at
-ROOM = 4 * MAX_NEIGHBORS  # for those that are found, before the nearest of them are kept
-RINGS = 64  # of equal area around a point, by which its neighbours are sorted
-SLACK = 0.995  # of the ball's radius: four points on one circle make four faces, not none
+MAX_NEIGHBORS = 256  # largest number of neighbours of a point, the nearest within twice the gap
+ROOM = 4 * MAX_NEIGHBORS  # for neighbours before the nearest of them are kept
+RINGS = 64  # of equal area around a point, for sorting its neighbours
+SLACK = 0.995  # of the radius of the ball, so that four points on one circle form four faces, not none
 
 
 def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
@@ -29,9 +29,9 @@ def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
     points : (N, 3) float64
         Sorted, so that the order of a cloud's points has no influence.
     alpha : float, unit of the points
-        Radius of the ball that rolls over them.
+        Radius of the ball that defines the alpha shape.
     gap : float, at least alpha
-        Radius of the largest empty ball on the surface that is no hole in it.
+        Radius of the largest empty ball on the surface that does not count as a hole.
     """
     order, starts, keys, dims, low = point_cells(points, 2 * gap)
     placed = points[order]
@@ -45,20 +45,20 @@ def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
 
 
 def point_cells(points: np.ndarray, side: float):
-    """Sort points into cubic cells, those of one cell in the order in which they came.
+    """Sort points into cubic cells, keeping their order within a cell.
 
     Returns
     -------
     order : (N,) intp
         Indices of the points, cell by cell.
     starts : (C + 1,) int64
-        Where each occupied cell begins in ``order``.
+        Start of each occupied cell in ``order``.
     keys : (C,) int64
-        Their numbers, ascending; cells that follow each other along z have consecutive ones.
+        Numbers of the occupied cells, ascending; neighbours along z have consecutive numbers.
     dims : (3,) int64
-        Of the grid, with an empty margin of one cell.
+        Size of the grid, with an empty margin of one cell.
     low : (3,) float64
-        Corner of the grid.
+        Lower corner of the grid.
     """
     low = points.min(axis=0) - side
     cells = np.floor((points - low) / side).astype(np.int64)
@@ -71,7 +71,7 @@ def point_cells(points: np.ndarray, side: float):
 
 @njit(cache=True, error_model="numpy")
 def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
-    """Write the faces between sorted points into ``faces`` and return how many there are, also beyond its room."""
+    """Write the faces between sorted points into ``faces`` and return their number, even if it exceeds the room."""
     found, distances, near, squared = np.empty(ROOM, np.int64), np.empty(ROOM), np.empty(ROOM, np.int64), np.empty(ROOM)
     rings, offset, seen = np.empty(RINGS + 1, np.int64), np.empty((MAX_NEIGHBORS, 3)), np.empty(MAX_NEIGHBORS, np.int64)
     count = 0
@@ -96,7 +96,7 @@ def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
 
 @njit(cache=True, error_model="numpy")
 def gather(points, i, keys, starts, dims, low, reach, found, distances, rings, near, squared):
-    """Write the neighbours of a point within reach into ``near``, nearest first, and return how many there are."""
+    """Write the neighbours of a point within reach into ``near``, nearest first, and return their number."""
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     ix, iy, iz = int((x - low[0]) / reach), int((y - low[1]) / reach), int((z - low[2]) / reach)
     count = 0
@@ -121,9 +121,9 @@ def gather(points, i, keys, starts, dims, low, reach, found, distances, rings, n
 
 @njit(cache=True, error_model="numpy")
 def sort_by_distance(found, distances, count, reach, rings, near, squared):
-    """Write the nearest of those found into ``near`` and ``squared``, nearest first; return how many.
+    """Write the nearest of the found points into ``near`` and ``squared``, nearest first; return their number.
 
-    Of two as near the one that was found first goes first. Each is put into its ring, and moved to its place there.
+    Points at the same distance keep their order. Each is put into its ring, and sorted there by insertion.
     """
     per_ring = RINGS / (reach * reach)
     rings[:] = 0
@@ -148,14 +148,14 @@ def sort_by_distance(found, distances, count, reach, rings, near, squared):
 
 @njit(cache=True, error_model="numpy")
 def in_sight(offset, squared, gathered, gap, seen):
-    """Write which neighbours can share a face with the origin, and return how many there are.
+    """Write the neighbours that can share a face with the origin, and return their number.
 
-    Not those behind another: a neighbour that lies in the lens that all balls through the two of up to the gap's
-    radius have in common, where it sees the two under an angle close to 180 degrees.
+    Neighbours hidden behind another one cannot: that one lies in the lens common to all balls, of radii up to the gap,
+    through the two points, and sees them under an angle close to 180 degrees.
     """
     count = 0
     for a in range(gathered):
-        ratio = squared[a] / (4 * (1.02 * gap) ** 2)  # a lens a little thinner than the true one
+        ratio = squared[a] / (4 * (1.02 * gap) ** 2)  # for a lens that is slightly too thin
         cosine = 1 - ratio
         hidden = False
         for k in range(a):
@@ -172,7 +172,7 @@ def in_sight(offset, squared, gathered, gap, seen):
 
 @njit(cache=True, error_model="numpy")
 def is_face(offset, squared, gathered, a, b, alpha, gap):
-    """Return whether the origin and two neighbours span an empty ball."""
+    """Return whether the origin and two neighbours form a face."""
     ux, uy, uz = offset[a, 0], offset[a, 1], offset[a, 2]
     vx, vy, vz = offset[b, 0], offset[b, 1], offset[b, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -180,7 +180,7 @@ def is_face(offset, squared, gathered, a, b, alpha, gap):
     uu, vv = squared[a], squared[b]
     if nn <= 1e-6 * uu * vv:
         return False
-    # Centre of the smallest ball through the three, seen from the origin.
+    # Centre of the smallest ball through the three points, relative to the origin.
     f, g = 0.5 * vv / nn, 0.5 * uu / nn
     cx = f * (ny * uz - nz * uy) + g * (vy * nz - vz * ny)
     cy = f * (nz * ux - nx * uz) + g * (vz * nx - vx * nz)
@@ -202,7 +202,7 @@ def is_face(offset, squared, gathered, a, b, alpha, gap):
 
 @njit(cache=True, error_model="numpy")
 def is_empty(offset, squared, gathered, a, b, cx, cy, cz, rr):
-    """Return whether a ball through the origin and neighbours a and b holds no other."""
+    """Return whether a ball through the origin and neighbours a and b contains no other neighbour."""
     limit = SLACK * SLACK * rr
     for k in range(gathered):
         if squared[k] > 4 * rr:

@@ -1,7 +1,7 @@
 """Occupied voxels, each represented by points of the cloud instead of a box.
 
-A sphere on boxes stands on every slope as on stairs. So a voxel through which one flat surface runs, or two as in a
-board, is represented by one point of each; one in which a surface bends keeps its two outermost points.
+On boxes, every slope would be stairs on which spheres stay. So a voxel with one flat surface, or with two as in a
+board, is represented by one point of each surface; one in which a surface bends keeps its two outermost points.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ import numpy as np
 
 from ...processes.compilation import njit
 
-RIM = 0.4  # of a voxel's side: how far the mean of its points lies from that of its surroundings at a rim
+RIM = 0.4  # of a voxel's side: distance between the mean of its points and that of the points around it at a rim
 
 
 def representatives(points: np.ndarray, voxel_size: float, tolerance: float) -> np.ndarray:
-    """Return the points (R, 3), sorted, that stand for the occupied voxels of a cloud.
+    """Return the points (R, 3), sorted, that represent the occupied voxels of a cloud.
 
     Parameters
     ----------
     points : (N, 3) float64
     voxel_size : float, unit of the points
     tolerance : float
-        Greatest distance from a point to the plane of those that one of them stands for.
+        Largest distance of points from the plane of a surface that one of them represents.
     """
     points, starts, around = in_voxels(points, voxel_size)
     chosen = points[represent(points, starts, around, voxel_normals(points, starts), voxel_size, tolerance)]
@@ -29,7 +29,7 @@ def representatives(points: np.ndarray, voxel_size: float, tolerance: float) -> 
 
 
 def in_voxels(points: np.ndarray, voxel_size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points sorted by voxel, where each voxel starts (V + 1,), and the mean around each (V, 3)."""
+    """Return the points sorted by voxel, the start of each voxel (V + 1,), and the mean of the points around (V, 3)."""
     low = points.min(axis=0)
     cells = np.floor((points - low) / voxel_size).astype(np.int64) + 1
     dims = cells.max(axis=0) + 2
@@ -49,7 +49,7 @@ def in_voxels(points: np.ndarray, voxel_size: float) -> tuple[np.ndarray, np.nda
 
 
 def voxel_normals(points: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Return the direction (V, 3) across which the points of each voxel are spread least."""
+    """Return the direction (V, 3) of the smallest spread of the points of each voxel."""
     counts = np.diff(starts)[:, None]
     means = np.add.reduceat(points, starts[:-1]) / counts
     offsets = points - np.repeat(means, counts[:, 0], axis=0)
@@ -62,9 +62,9 @@ def voxel_normals(points: np.ndarray, starts: np.ndarray) -> np.ndarray:
 def represent(points, starts, around, normals, voxel_size, tolerance):
     """Return the mask of the chosen points.
 
-    Where the points of a voxel lie in one layer, or two, no thicker than the tolerance to either side, each layer
-    keeps the point nearest to its middle or, at a rim, the one farthest out. Elsewhere the voxel keeps the point
-    farthest out and those that stick out farthest to either side.
+    If the points of a voxel lie in one or two layers within the tolerance, each layer keeps the point nearest to its
+    middle or, at a rim, the outermost one. Otherwise the voxel keeps the point farthest from the middle of its
+    surroundings and the two that stand out most along the normal.
     """
     chosen = np.zeros(len(points), np.bool_)
     for v in range(len(starts) - 1):
@@ -88,7 +88,7 @@ def represent(points, starts, around, normals, voxel_size, tolerance):
 
 @njit(cache=True, error_model="numpy")
 def split(across, tolerance):
-    """Return in how many layers values lie, 0 for neither one nor two, and a value between two layers."""
+    """Return the number of layers in which values lie, 0 if it is neither 1 nor 2, and a value between two layers."""
     low, high = across.min(), across.max()
     if high - low <= 2 * tolerance:
         return 1, low
@@ -116,7 +116,7 @@ def mean_beyond(points, across, limit):
 
 @njit(cache=True, error_model="numpy")
 def extreme(points, across, limit, target, farthest):
-    """Return which of the points whose value exceeds a limit is farthest from a target, or nearest to it."""
+    """Return the index of the point farthest from a target, or nearest to it, among those with values above a limit."""
     best, index = -np.inf, 0
     for i in range(len(points)):
         if across[i] > limit:

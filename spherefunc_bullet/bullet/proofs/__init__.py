@@ -1,4 +1,4 @@
-"""Proofs: a place is used by rigid bodies: a person sits down, an object is put down, a stream is poured."""
+"""Proofs: rigid bodies use a place: a person sits down, an object is put down, a stream is poured."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .stream import poured
 
 
 def proved(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[ProofResult]:
-    """Return what became of each use of an object, which stands still."""
+    """Return the result of each use of a static object."""
     with Stage(cloud, settings.friction) as stage:
         return [used(stage, use, settings, seed) for use in uses]
 
 
 def used(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> ProofResult:
-    """Return what became of one use."""
+    """Return the result of one use."""
     match use:
         case SitUse():
             return sat_down(stage, use, settings)

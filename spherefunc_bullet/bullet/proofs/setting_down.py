@@ -1,4 +1,4 @@
-"""An object is put down from a centimetre, looked at, pushed, and looked at again."""
+"""Putting down: an object is released from a height of 1 cm, checked, pushed, and checked again."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .stage import G, Stage
 ABOVE = 0.01  # metres
 RATE = 240.0
 PUSHED = 0.25  # seconds
-LIGHT = 0.3  # of its weight: a harder push would slide what is light wherever it stands
-MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: more is not where it was put
+LIGHT = 0.3  # of its weight: a harder push would move a light object wherever it stands
+MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: by no more may it leave its pose
 
 
 def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> ProofResult:
-    """Return what becomes of an object that is put down."""
+    """Return whether an object stays where it is put down."""
     p, free = pybullet(), body_of(use.cloud, Material())
     shape = p.createCollisionShape(p.GEOM_MESH, vertices=(free.corners - free.center).tolist(), **stage.engine)
     start = use.pose[:3, :3] @ free.center + use.pose[:3, 3]
@@ -39,12 +39,12 @@ def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> ProofResult:
 
 
 def inertia_of(free: Body) -> list[float]:
-    """Return the inertia along the axes, which hulls of vessels and plates nearly have as their own."""
+    """Return the inertia about the axes x, y and z, which are nearly the principal axes of vessels and plates."""
     return np.diag(free.inertia).tolist()
 
 
 def looked_at(stage: Stage, body: int, start: np.ndarray, turn: Rotation, seconds: float) -> tuple[float, float]:
-    """Return how far a body has moved after some seconds, metres, and how far it leans from its pose, degrees."""
+    """Return how far a body has moved after some seconds, metres, and by how much it has tilted, degrees."""
     stage.steps(seconds, RATE)
     place, turned = pybullet().getBasePositionAndOrientation(body, stage.client)
     up = (Rotation.from_quat(turned) * turn.inv()).apply([0.0, 0.0, 1.0])

@@ -1,4 +1,4 @@
-"""A person sits down: an articulated body is let down on the place, holds itself upright, is pushed, and looked at."""
+"""Sitting down: an articulated body is lowered onto the place, holds itself upright, is pushed, and checked."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from ...simulator.proofs import HELD, ProofResult, ProofSettings, SitUse
 from ..engine import pybullet
 from .stage import Stage, tilt_of
 
-TALL = 1.75  # metres: the person of the URDF
-ABOVE = 0.02  # metres from which the person is let down
-CENTER = 0.30  # metres from the seat to where the trunk's weight acts, which the engine says the place of
-RATE = 120.0  # steps in a second
-HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
-STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
-PUSHED, CALM = 0.2, 0.2  # seconds of each push on the trunk, and after it
-TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # leaning ahead and aside, and back against a back
-BREADTH = 0.08  # metres, a hand's: what carries on less is no seat
-SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres in a second
+TALL = 1.75  # metres: height of the person in the URDF
+ABOVE = 0.02  # metres above the seat at which the person is released
+CENTER = 0.30  # metres from the seat to the centre of mass of the trunk, whose position the engine returns
+RATE = 120.0  # steps per second
+HIP, KNEE = 60.0, 15.0  # newton metres: largest torques with which joints return to sitting
+STRETCHED = -1.3  # radians: the knees are stretched at first, and the shanks come down
+PUSHED, CALM = 0.2, 0.2  # seconds: duration of each push on the trunk, and of the wait after it
+TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # largest tilt forwards and sideways, and backwards against a back
+BREADTH = 0.08  # metres, the width of a hand: a narrower support is not a seat
+SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres per second
 
 
 def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
-    """Return what becomes of a person who sits down, and is then pushed from behind, the sides and the front."""
+    """Return whether a person who sits down stays when pushed from behind, from the sides and from the front."""
     p, scale = pybullet(), settings.person / TALL
     start = np.array(use.position) + [0, 0, ABOVE]
     turn = p.getQuaternionFromEuler([0, 0, use.heading])
@@ -45,7 +45,7 @@ def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
 
 
 def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> ProofResult:
-    """Return how a person sits now."""
+    """Return how a person currently sits."""
     p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
     speed, _ = p.getBaseVelocity(body, stage.client)
@@ -61,7 +61,7 @@ def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> ProofResult
 
 
 def hold(stage: Stage, body: int, scale: float):
-    """Have the joints of a person go back to sitting, the knees from being stretched."""
+    """Let motors return the joints of a person to sitting; the knees start stretched."""
     p = pybullet()
     for joint in range(p.getNumJoints(body, **stage.engine)):
         knee = p.getJointInfo(body, joint, **stage.engine)[1].endswith(b"knee")
@@ -80,7 +80,7 @@ def hold(stage: Stage, body: int, scale: float):
 
 
 def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale: float) -> str:
-    """Return why a person does not sit there, nothing where one does."""
+    """Return why a person does not sit there; `HELD` if the person does."""
     if moved[2] < -SUNK * scale:
         return "sank"
     if tipped:
@@ -95,7 +95,7 @@ def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale:
 
 
 def spread_of(contacts: Sequence[tuple]) -> float:
-    """Return the breadth over which contacts carry, metres: twice the deviation of their forces, the widest way."""
+    """Return the breadth of the support, metres: twice the largest standard deviation of the contact forces."""
     forces = np.array([contact[9] for contact in contacts])
     if forces.sum() <= 0:
         return 0.0

@@ -1,4 +1,4 @@
-"""The engine in which an object stands still while it is used; metres, seconds, kilograms."""
+"""The engine with a static object whose places are tested; in metres, seconds and kilograms."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..engine import Engine, pybullet
 from ..loading import load_shape
 
 G = 9.81  # m/s2
-SPANNED = 0.02  # of the largest extent, and `SPANS` in metres: the radius for which a cloud's surface is spanned
-SPANS = 0.006, 0.02
+SPANNED = 0.02  # of the largest extent: radius for which the surface of a cloud is built, within `SPANS`
+SPANS = 0.006, 0.02  # metres
 
 
 class Stage(Engine):
-    """An engine with an object that stands still on the ground."""
+    """An engine with a static object on the ground."""
 
     def __init__(self, cloud: Cloud, friction: float):
         super().__init__(enableFileCaching=0)
@@ -27,24 +27,24 @@ class Stage(Engine):
         self.object = self.still(load_shape(shape_of(cloud), 1.0, self.client))
 
     def still(self, shape: int) -> int:
-        """Return a body that stands still."""
+        """Return a new static body."""
         body = pybullet().createMultiBody(0.0, shape, self.visual, **self.engine)
         self.rub(body)
         return body
 
     def rub(self, body: int):
-        """Give all links of a body the friction whose product with itself is that of the stage."""
+        """Set the friction of all links of a body; the engine multiplies the values of two bodies, hence the root."""
         for link in range(-1, pybullet().getNumJoints(body, **self.engine)):
             pybullet().changeDynamics(body, link, lateralFriction=np.sqrt(self.friction), **self.engine)
 
     def steps(self, seconds: float, rate: float):
-        """Advance by a time, in steps of which there are ``rate`` in a second."""
+        """Advance by a time in seconds, with ``rate`` steps per second."""
         pybullet().setTimeStep(1 / rate, **self.engine)
         for _ in range(round(seconds * rate)):
             pybullet().stepSimulation(self.client)
 
     def push(self, body: int, newtons: float, heading: float, seconds: float, rate: float):
-        """Push a body along a level heading, radians, where the weight of its base acts."""
+        """Push a body horizontally along a heading, radians, at the centre of mass of its base."""
         p, force = pybullet(), [newtons * np.cos(heading), newtons * np.sin(heading), 0.0]
         for _ in range(round(seconds * rate)):
             place, _ = p.getBasePositionAndOrientation(body, self.client)
@@ -53,7 +53,7 @@ class Stage(Engine):
 
 
 def shape_of(cloud: Cloud) -> CollisionShape:
-    """Return a cloud's mesh, or the surface spanned between its points, in metres."""
+    """Return the mesh of a cloud, or else a surface between its points, in metres."""
     if cloud.mesh is not None:
         return collision_shape(cloud, 1.0, "mesh")
     radius = float(np.clip(SPANNED * cloud.size.max(), *SPANS))

@@ -1,4 +1,4 @@
-"""A stream is poured: spheres of the volume's worth leave a spout that moves to and fro above the opening."""
+"""Pouring: spheres that stand for a volume leave a spout that moves to and fro above the opening."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from .stage import G, Stage
 
 RATE = 360.0
 PACKED = 0.55  # share of a volume that poured spheres fill
-OPENING = 0.4  # of the opening's radius: the largest sphere
-WANDER = 0.3  # of the opening's radius: how far the spout moves to either side
+OPENING = 0.4  # of the radius of the opening: the largest sphere
+WANDER = 0.3  # of the radius of the opening: how far the spout moves to either side
 EVERY = 6  # steps between spheres
-CLEAR = 2.1  # radii that a sphere has come down when the next one leaves the spout
-CALM = 0.3  # seconds after the last one, and again after being carried
-SOLVED = 20, 50  # iterations of the engine's solver: light spheres in a low pile need few; and its own number
-CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
+CLEAR = 2.1  # radii that a sphere has fallen when the next one leaves the spout
+CALM = 0.3  # seconds to wait after the last sphere; half of it after the vessel was carried
+SOLVED = 20, 50  # iterations of the solver: few suffice for light spheres in a low pile; and the engine's default
+CARRIED = 0.05, 0.3  # sideways acceleration in g, and its duration in seconds: carried level
 
 
 def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> ProofResult:
-    """Return whether what is poured stays inside."""
+    """Return whether the poured spheres stay inside."""
     p = pybullet()
     radius = sphere_radius(use, settings.spheres)
     shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
     p.setPhysicsEngineParameter(numSolverIterations=SOLVED[0], **stage.engine)
     rng, bodies, pause = np.random.default_rng(seed), [], EVERY / RATE
-    # Each has left the spout when the next one comes: those that overlap would throw each other out.
+    # Each sphere has left the spout before the next one starts: overlapping spheres would push each other out.
     leaving = max(0.0, (CLEAR * radius - G * pause**2 / 2) / pause)
     for number in range(settings.spheres):
         aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
@@ -55,6 +55,6 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Pr
 
 
 def sphere_radius(use: PourUse, count: int) -> float:
-    """Return the radius of this many spheres that stand for a volume."""
+    """Return the radius of ``count`` spheres that stand for a volume."""
     full = (PACKED * use.volume / count * 3 / (4 * np.pi)) ** (1 / 3)
     return float(min(full, OPENING * use.radius))
