@@ -1,4 +1,4 @@
-"""Shapes: what a collision shape keeps of what an object is for, and at what price.
+"""Shapes: how well a collision shape preserves the function of an object, and at which cost.
 
-An object's visual mesh is the truth; every candidate is measured as the engine holds it, not as a mesh reader shows it.
+The visual mesh of an object is the reference; every candidate is measured as the engine loads it.
 """

@@ -1,12 +1,13 @@
-"""The collision shapes that an object could be given: each way to make one from its mesh, and its name.
+"""Candidates: the collision shapes that can be made from the mesh of an object.
 
-A way is called by its name and what it is made with: ``voxel 5mm``, ``vhacd 32``, ``coacd 0.05``.
+The name of a candidate contains its parameter: ``voxel 5mm``, ``vhacd 32``, ``coacd 0.05``.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 
@@ -18,23 +19,23 @@ from ..errors import InputError
 from ..formats.units import format_length
 from .solid import Solid, of_pieces, surface
 
-VOXELS = (1 / 3, 2 / 3, 4 / 3)  # of the spheres' radius
-VHACD = (8, 32, 64)  # hulls at most
-RESOLUTION = 100_000  # voxels of V-HACD: what PyBullet's own `vhacd` takes
+VOXELS = (1 / 3, 2 / 3, 4 / 3)  # of the radius of the spheres
+VHACD = (8, 32, 64)  # largest number of hulls
+RESOLUTION = 100_000  # voxels of V-HACD, as in PyBullet's own `vhacd`
 MISSING = "shape '{}' needs its package: pip install 'spherefunc-bullet[{}]'"
 Make = Callable[[], Solid]
 
 
 def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> dict[str, Make]:
-    """Return what makes each candidate of a cloud that carries a mesh, by name; dearer ones come first.
+    """Return functions that make the candidates for a cloud with a mesh, by name, the more expensive ones first.
 
     Parameters
     ----------
     cloud : Cloud
     radius : float, metres
-        Of the spheres that the shapes are for.
+        Of the spheres for which the shapes are made.
     coacd : floats
-        CoACD's thresholds; each may take minutes.
+        Thresholds of CoACD; each may take minutes.
     """
     makes: dict[str, Make] = {"mesh": partial(of_mesh, cloud)}
     for share in VOXELS:
@@ -43,7 +44,7 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
     makes["compound"] = partial(of_cloud, cloud, radius, "compound", None)
     if has_vhacd():
         makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
-    if coacd and find_spec("coacd") is None:  # said before what takes long
+    if coacd and find_spec("coacd") is None:  # reported before the slow work
         raise InputError(MISSING.format("coacd", "coacd"))
     makes |= {f"coacd {threshold:g}": partial(of_coacd, cloud, threshold) for threshold in coacd}
     makes["hull"] = partial(of_hull, cloud)
@@ -51,27 +52,26 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
 
 
 def has_vhacd() -> bool:
-    """Return whether V-HACD is installed; without it everything else is compared."""
+    """Return whether V-HACD is installed; without it the other shapes are compared."""
     return find_spec("vhacdx") is not None
 
 
 def made(name: str, make: Make) -> Solid:
-    """Return a candidate with the seconds that it took to make."""
+    """Make a candidate and return it with its name and the seconds that it took."""
     started = time.perf_counter()
     solid = make()
-    seconds = time.perf_counter() - started
-    return Solid(**{**vars(solid), "name": name, "build_seconds": seconds})
+    return replace(solid, name=name, build_seconds=time.perf_counter() - started)
 
 
 def of_mesh(cloud: Cloud) -> Solid:
-    """Return the mesh itself, concave as it is."""
+    """Return the mesh itself, which may be concave."""
     if cloud.mesh is None:
         raise InputError(f"{cloud.name}: expected a mesh to make shapes of, got points")
     return surface("mesh", cloud.mesh.vertices, cloud.mesh.faces)
 
 
 def of_cloud(cloud: Cloud, radius: float, kind: str, voxel_size: float | None) -> Solid:
-    """Return the bullet backend's own shape of a kind."""
+    """Return one of the bullet backend's own shapes."""
     shape = collision_shape(cloud, radius, kind, voxel_size)
     if shape.pieces is None:
         return surface(kind, shape.vertices * radius, shape.faces.astype(np.int64))
@@ -79,12 +79,12 @@ def of_cloud(cloud: Cloud, radius: float, kind: str, voxel_size: float | None) -
 
 
 def of_hull(cloud: Cloud) -> Solid:
-    """Return the convex hull, which is what engines make of a mesh that nobody cut into pieces."""
+    """Return the convex hull, which engines use for a mesh that is not decomposed."""
     return of_pieces("hull", [of_mesh(cloud).vertices])
 
 
 def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
-    """Return V-HACD's pieces, at most this many, each of at most 64 corners."""
+    """Return the pieces of V-HACD, at most ``hulls``, each with at most 64 corners."""
     import vhacdx
 
     mesh = of_mesh(cloud)
@@ -95,7 +95,7 @@ def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
 
 
 def of_coacd(cloud: Cloud, threshold: float) -> Solid:
-    """Return CoACD's pieces (Wei et al., "Approximate Convex Decomposition for 3D Meshes", 2022)."""
+    """Return the pieces of CoACD (Wei et al., "Approximate Convex Decomposition for 3D Meshes", 2022)."""
     import coacd
 
     mesh = of_mesh(cloud)

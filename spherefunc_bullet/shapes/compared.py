@@ -1,4 +1,4 @@
-"""Shapes compared in one call, ``sf.compare_shapes``, and the cheapest that keeps what an object is for."""
+"""Comparison of shapes in one call, ``sf.compare_shapes``, and the search for the cheapest that keeps everything."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from ..formats.units import BY_FILE
 from ..simulator.mechanics import Material
 from ..simulator.statics.body import body_of
 from .candidates import MISSING, Make, candidates, has_vhacd, made, of_hull, of_mesh
-from .comparison import Subject, row_of, with_verdict
+from .comparison import KeepCriteria, ShapeRow, Subject, row_of, with_verdict
 from .exposure import Fitting
 from .files import write_shape
 from .loaded import FileFrame, loaded, quiet
-from .rows import KeepCriteria, ShapeRow
 from .solid import Solid, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
-BUDGET = 30.0  # seconds of the processor (a busy machine finds the same), after which nothing more is begun
+BUDGET = 30.0  # seconds of processor time (so a busy machine finds the same) after which no candidate is started
 STRICT = KeepCriteria(share=0.95, moved=0.002)
-OTHERS = ("vhacd", "coacd")  # by whose pieces an object may be written as well; compounds have hundreds of them
+OTHERS = ("vhacd", "coacd")  # programs whose pieces are candidates as well; compounds have hundreds of pieces
+SAYS_COLLISION = (".urdf", ".sdf", ".xml")  # formats with collision geometry
 Tried = tuple[Solid, ShapeRow]
 
 
 def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, compared: Iterable[Tried] = ()) -> Tried:
-    """Return the cheapest candidate that keeps everything, with its row; where none does, the one that keeps most.
+    """Return the cheapest candidate that keeps everything, with its row; if none does, the one that keeps most.
 
-    Cheapest by a measured step with spheres in contact. Of each kind the first that keeps everything is taken, since
-    the finer ones that follow are dearer. What loses water, level or openings is not asked about spheres. What stands
-    ``still`` may also be the concave mesh.
+    The cost is the measured time of a step with spheres in contact. The first candidate of each kind that keeps
+    everything is taken, since the finer ones that follow cost more. No spheres are dropped on candidates that lose
+    water, level or openings. For an object that is ``still``, the concave mesh is a candidate as well.
 
     Parameters
     ----------
-    compared : iterable of (Solid, Row)
-        What has been measured of the object already: of these, `decomposed` ones are candidates as well.
+    compared : iterable of (Solid, ShapeRow)
+        Shapes measured before; fully measured decompositions by the programs in `OTHERS` are candidates as well.
     """
     until, tried = time.process_time() + BUDGET, []
 
@@ -61,18 +61,15 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
                 break
         if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
             break  # nothing is cheaper than one convex piece
-    tried += [(solid, with_verdict(row, subject, criteria)) for solid, row in compared if decomposed(solid, row)]
+    for solid, row in compared:
+        if row.measured and solid.pieces is not None and solid.name.split()[0] in OTHERS:
+            tried.append((solid, with_verdict(row, subject, criteria)))
     solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
     return (solid, row) if row.measured else (solid, row_of(subject, solid, criteria))
 
 
-def decomposed(solid: Solid, row: ShapeRow) -> bool:
-    """Return whether a shape is of convex pieces that another program cut, and all is known of it."""
-    return row.measured and solid.pieces is not None and solid.name.split()[0] in OTHERS
-
-
 def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator[list[tuple[str, Make]]]:
-    """Yield what can be tried of each kind, by name, the coarsest first."""
+    """Yield the candidates of each kind, by name, the coarsest first."""
     if still:
         yield [("mesh", partial(of_mesh, subject.cloud))]
     yield [("hull", partial(of_hull, subject.cloud))]
@@ -81,14 +78,11 @@ def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator
 
 
 def shortfall(row: ShapeRow) -> float:
-    """Return what a shape lacks, 0 for one that keeps everything."""
+    """Return how far a shape is from keeping everything; 0 if it does."""
     if row.keeps:
         return 0.0
     shares = (row.level_kept, row.settled_kept, row.capacity_kept)
     return 1 - min(share for share in shares if share is not None) + 0.05 * row.openings_closed
-
-
-SAYS_COLLISION = (".urdf", ".sdf", ".xml")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,9 +99,9 @@ class BestShape:
         return self.row.name
 
     def write(self, path: str | Path, form: str | None = None, matter: Material | None = None) -> Path:
-        """Write it as URDF, SDF or MJCF (.xml), with its meshes in a folder beside it; return the path.
+        """Write the shape as URDF, SDF or MJCF (.xml), with its meshes in a folder next to it; return the path.
 
-        In metres, z up, about the origin that the object's own file has, so that it takes the place of that file.
+        It is in metres, z up, about the origin of the object's own file, so that it can replace that file.
         """
         body, back = body_of(self.subject.cloud, matter or Material()), -self.frame.shift
         body = replace(body, center=body.center + back, corners=body.corners + back)
@@ -116,14 +110,14 @@ class BestShape:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shapes:
-    """An object's rows, one for each shape."""
+    """The comparison of an object with several shapes, one row for each."""
 
     subject: Subject
     rows: tuple[ShapeRow, ...]
     solids: tuple[Solid, ...]  # the shape of each row
     frame: FileFrame
     kept: KeepCriteria
-    keep: float | None  # what was asked for; None: `best` keeps what `STRICT` says
+    keep: float | None  # the requested share; None: `best` keeps what `STRICT` requires
 
     def __iter__(self):
         return iter(self.rows)
@@ -133,20 +127,20 @@ class Shapes:
 
     @cached_property
     def best(self) -> BestShape:
-        """The cheapest of convex pieces that keeps everything, found when it is asked for, within a minute."""
+        """The cheapest shape of convex pieces that keeps everything, found on first access, within a minute."""
         return self.best_for()
 
     def best_for(self, still: bool = False) -> BestShape:
-        """Return the cheapest that keeps everything; for what stands still that may be the concave mesh."""
+        """Return the cheapest shape that keeps everything; for a static object it may be the concave mesh."""
         compared = list(zip(self.solids, self.rows, strict=True))
         solid, row = best_shape(self.subject, self.kept if self.keep else STRICT, still, compared)
         return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
 
     def as_dict(self, file: str) -> dict[str, Any]:
-        """Return it JSON-ready."""
+        """Return the comparison, JSON-ready."""
         return {
             "file": file,
-            "functions": functions_of(self.subject.functions),
+            "functions": functions_dict(self.subject.functions),
             "capacity_ml": round(1e6 * self.subject.capacity, 1) if self.subject.is_vessel else 0.0,
             "level_mm": round(1e3 * self.subject.level.height, 1),
             "seed_spread": round(self.subject.seen.spread, 3),
@@ -155,19 +149,19 @@ class Shapes:
         }
 
 
-def functions_of(functions: dict[str, tuple[bool, float]]) -> dict[str, dict[str, Any]]:
-    """Return functions as all commands print them."""
+def functions_dict(functions: dict[str, tuple[bool, float]]) -> dict[str, dict[str, Any]]:
+    """Return functions, JSON-ready, as all commands print them."""
     return {name: {"member": member, "score": score} for name, (member, score) in functions.items()}
 
 
 def as_row(row: ShapeRow) -> dict[str, Any]:
-    """Return a row JSON-ready."""
+    """Return a row, JSON-ready."""
     values = {name: plain(value) for name, value in asdict(row).items()}
-    return values | {"functions": functions_of(row.functions)}
+    return values | {"functions": functions_dict(row.functions)}
 
 
 def plain(value: Any) -> Any:
-    """Return a number rounded, None for one that JSON does not know."""
+    """Return a value, JSON-ready: numbers are rounded, and None if they are not finite."""
     if isinstance(value, float):
         return round(value, 4) if np.isfinite(value) else None
     return list(value) if isinstance(value, tuple) else value
@@ -184,35 +178,33 @@ def compare_shapes(
     up: str = BY_FILE,
     report: Report = quiet,
 ) -> Shapes:
-    """Say what collision shapes keep of what an object is for, and what they cost.
+    """Compare collision shapes: how well they preserve the function of an object, and their cost.
 
     Parameters
     ----------
     anything : path, Open3D or trimesh mesh
-        What is seen. A URDF brings its collision geometry with it.
+        The visual geometry. A URDF contains its collision geometry as well.
     collision : path, optional
         A URDF, SDF, MJCF or mesh, in the same frame, loaded as PyBullet (MJCF: as MuJoCo) loads it.
     shapes : bool
-        Whether candidates are made beside it: mesh, voxels, compound, V-HACD, hull.
+        Whether candidates are made and compared too: mesh, voxels, compound, V-HACD, hull.
     coacd : floats
         Thresholds of CoACD, which takes minutes.
     keep : float
-        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, of the best shape 0.95
-        and places within 2 mm.
+        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, and for the best shape 0.95
+        with places within 2 mm.
 
     Raises
     ------
     InputError
-        If something cannot be used, the object is no mesh, or the collision is of another size.
+        If something cannot be used, the object is not a mesh, or the collision geometry is of another size.
     """
     if keep is not None and not 0 < keep <= 1:
         raise InputError(f"keep {keep}: expected more than 0 and at most 1")
-    cloud, kept = (
-        as_cloud(anything, units=units, up=up, report=report),
-        KeepCriteria() if keep is None else KeepCriteria(share=keep),
-    )
+    cloud = as_cloud(anything, units=units, up=up, report=report)
+    kept = KeepCriteria() if keep is None else KeepCriteria(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
-    subject.mesh  # noqa: B018 - points alone are refused before anything is measured
+    subject.mesh  # noqa: B018 - clouds without a mesh are refused before anything is measured
     others = named_collision(anything, collision)
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
     if shapes and not has_vhacd():
@@ -226,7 +218,7 @@ def compare_shapes(
 def rows_of_links(
     subject: Subject, links: list[Solid], criteria: KeepCriteria, report: Report
 ) -> Iterator[tuple[Solid, ShapeRow]]:
-    """Yield one link with its row, or several together and then each that is as large as what is seen."""
+    """Yield a single link with its row; or all links together, and then each that is as large as the object."""
     if len(links) == 1:
         yield links[0], row_of(subject, links[0], criteria)
         return
@@ -242,8 +234,8 @@ def rows_of_links(
 def candidate_rows(
     subject: Subject, makes: dict[str, Make], criteria: KeepCriteria, report: Report
 ) -> Iterator[tuple[Solid, ShapeRow]]:
-    """Yield each candidate with its row; one that cannot be used is reported and left out."""
-    subject.seen  # noqa: B018 - an object that cannot be used itself is an error, before any candidate is made
+    """Yield each candidate with its row; candidates that cannot be used are reported and skipped."""
+    subject.seen  # noqa: B018 - an object that cannot be used itself is an error before any candidate is made
     for name, make in makes.items():
         try:
             solid = made(name, make)
@@ -253,14 +245,14 @@ def candidate_rows(
 
 
 def together(links: list[Solid]) -> Solid:
-    """Return what several links hold; as a surface where one of them is one."""
+    """Return several links as one solid, a surface if one of them is a surface."""
     if all(link.pieces is not None for link in links):
         return of_pieces("all links", [piece for link in links for piece in link.pieces or ()])
     return surface("all links", *joined_meshes([(link.vertices, link.faces) for link in links]))
 
 
 def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:
-    """Return the files whose collision geometry is asked about: the one given, or what is seen if it says its own."""
+    """Return the file with the collision geometry: the given one, or the object's own file if it contains any."""
     if collision is not None:
         return [Path(collision)]
     has_collision = isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION
@@ -268,7 +260,7 @@ def named_collision(anything: Anything, collision: str | Path | None) -> list[Pa
 
 
 def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame:
-    """Return how the object's own coordinates became its cloud's."""
+    """Return the conversion from the object's own coordinates to those of its cloud."""
     if isinstance(anything, Cloud) or cloud.mesh is None:
         return FileFrame(up="z", units="m", shift=np.zeros(3))
     path = Path(anything) if isinstance(anything, str | Path) else Path("object")

@@ -1,10 +1,10 @@
-"""An object beside the shapes that an engine could be given for it: one row for each."""
+"""Comparison of an object with the collision shapes that an engine could use for it: one row per shape."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,37 +13,65 @@ from scipy.spatial import cKDTree
 from ..answer import classify
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from .rows import NOTHING, Functions, KeepCriteria, ShapeRow
+from . import spaces
 from .solid import Solid, dense_points, surface
-from .spaces import (
-    NARROW,
-    WIDE,
-    CarryingLevel,
-    FreeSpace,
-    carrying_level,
-    closed,
-    grid_around,
-    height_map,
-    held_share,
-    is_filled,
-    level_kept,
-    space_of,
-)
 from .spheres import ObjectRests, at_rest, moved
 
-SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
+SPHERE = 1 / 28  # of the extent: radius of the spheres, within the limits below
 SMALLEST, LARGEST = 0.002, 0.04  # metres
-VESSEL = 0.05  # of the box: what holds less is no vessel by what it holds
-OPEN = 1e-6  # m3: nor is what holds less than a millilitre
-GRAIN = 0.6  # of the spheres' radius: what is finer may run out of a shape that is made for spheres
+VESSEL = 0.05  # of the bounding box: an object with a smaller capacity is not a vessel
+OPEN = 1e-6  # m3: the same, absolute
+GRAIN = 0.6  # of the radius of the spheres: finer grains may run out of a shape that is made for spheres
 LEAKS = "its gaps hold spheres, and let water out"
-SAME_COST = 0.05  # of the mesh's: a difference that timing does not tell
-LARGER = 1.5  # times as large as the object: another unit, or another object
+SAME_COST = 0.05  # of the cost of the mesh: smaller differences are within the accuracy of timing
+LARGER = 1.5  # ratio of sizes from which on a shape is in another unit, or of another object
+NOTHING = 0.02  # of the capacity: a shape with no more holds nothing
+Functions = dict[str, tuple[bool, float]]  # by name: membership and score
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeepCriteria:
+    """What a shape has to keep of an object."""
+
+    share: float = 0.9  # of capacity, carrying level and settled spheres
+    moved: float | None = None  # metres that resting places may move; None: any distance
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeRow:
+    """What one shape keeps, and its cost."""
+
+    name: str
+    pieces: int
+    faces: int
+    bytes: int
+    build_seconds: float
+    capacity_ml: float
+    capacity_kept: float | None  # None: the object is not a vessel
+    filled: bool = False  # whether spheres no longer reach most of the volume of the water in the object
+    level_kept: float
+    level_higher_mm: float
+    openings_closed: int
+    step_us: float = float("nan")
+    settled: int = 0
+    settled_kept: float | None = None  # None: no spheres were dropped, since the shape had already lost something
+    moved_mm: float = 0.0
+    deeper: int = 0
+    functions: Functions = field(default_factory=dict)
+    lost: tuple[str, ...] = ()  # sentences, the most important loss first
+    keeps: bool = True
+    verdict: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether spheres were dropped, so that all values are known."""
+        return self.settled_kept is not None
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """An object, with what is measured of it once."""
+    """An object and the quantities of it that are measured once."""
 
     cloud: Cloud
 
@@ -57,7 +85,7 @@ class Subject:
 
     @cached_property
     def mesh(self) -> Solid:
-        """Its surface."""
+        """Its surface; InputError if the cloud has no mesh."""
         if self.cloud.mesh is None:
             raise InputError(f"{self.cloud.name}: expected a mesh, got points, which have no shape to compare with")
         return surface("mesh", self.cloud.mesh.vertices, self.cloud.mesh.faces)
@@ -68,24 +96,24 @@ class Subject:
 
     @property
     def radius(self) -> float:
-        """Of the spheres that are dropped, metres."""
+        """Radius of the spheres, metres."""
         return float(np.clip(SPHERE * self.extent, SMALLEST, LARGEST))
 
     @cached_property
-    def space(self) -> FreeSpace:
-        return space_of(grid_around(self.low, self.high), self.mesh)
+    def space(self) -> spaces.FreeSpace:
+        return spaces.grid_around(self.low, self.high).free_space(self.mesh)
 
     @cached_property
     def reached(self) -> np.ndarray:
-        return self.space.reached(WIDE)
+        return self.space.reached(spaces.WIDE)
 
     @cached_property
     def heights(self) -> np.ndarray:
-        return height_map(self.mesh, self.low, self.high)
+        return spaces.height_map(self.mesh, self.low, self.high)
 
     @cached_property
-    def level(self) -> CarryingLevel:
-        return carrying_level(self.heights, self.low, self.high)
+    def level(self) -> spaces.CarryingLevel:
+        return spaces.carrying_level(self.heights, self.low, self.high)
 
     @cached_property
     def seen(self) -> ObjectRests:
@@ -93,17 +121,17 @@ class Subject:
         return ObjectRests(rests=rests, surface=self.tree(self.mesh), radius=self.radius)
 
     def tree(self, solid: Solid) -> cKDTree:
-        """Return dense points on a shape."""
+        """Return dense points on a shape, as a tree."""
         return cKDTree(dense_points(solid.vertices, solid.faces, self.radius / 6))
 
-    @cached_property
+    @property
     def capacity(self) -> float:
-        """What it holds to the brim, m3."""
+        """Volume of the water that it holds to the brim, m3."""
         return self.space.capacity
 
     @property
     def is_vessel(self) -> bool:
-        """Whether what it holds is worth keeping."""
+        """Whether it holds enough water to count as a vessel."""
         return self.capacity > max(OPEN, VESSEL * float((self.high - self.low).prod()))
 
     @cached_property
@@ -112,13 +140,13 @@ class Subject:
 
 
 def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
-    """Return what a cloud is for, by the model that ships.
+    """Return the functions of a cloud, as the shipped model classifies it.
 
     Parameters
     ----------
     checks : bool
-        Whether what water runs out of is no cup. A shape of voxels has gaps: whether it still holds what its object
-        does is measured for itself, with grains, and says more.
+        Whether an object that leaks is not a cup. Voxel shapes have gaps, so for shapes the capacity is measured
+        separately, with grains.
     """
     decision = classify(cloud, explain=False).decision
     memberships = (decision if checks else replace(decision, failed_uses=())).memberships
@@ -126,19 +154,19 @@ def functions_of(cloud: Cloud, checks: bool = True) -> Functions:
 
 
 def row_of(subject: Subject, solid: Solid, criteria: KeepCriteria, early: bool = False) -> ShapeRow:
-    """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
+    """Return the row of one shape; if ``early``, without spheres and functions if it already loses something else."""
     row = with_verdict(free_row(subject, solid), subject, criteria)
     return row if early and row.lost else with_verdict(used_row(subject, solid, row), subject, criteria)
 
 
 def free_row(subject: Subject, solid: Solid) -> ShapeRow:
-    """Return what follows from the free space alone."""
+    """Return the row of a shape with the values that follow from the free space."""
     require_size(subject, solid)
-    space = space_of(subject.space.grid, solid)
-    heights = height_map(solid, subject.low, subject.high)
-    share, higher = level_kept(subject.level, subject.heights, heights, subject.extent)
-    held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
-    reached = space.reached(NARROW)
+    space = subject.space.grid.free_space(solid)
+    heights = spaces.height_map(solid, subject.low, subject.high)
+    share, higher = spaces.level_kept(subject.level, subject.heights, heights, subject.extent)
+    held, leaks = spaces.held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
+    reached = space.reached(spaces.NARROW)
     return ShapeRow(
         name=solid.name,
         pieces=solid.count,
@@ -147,16 +175,17 @@ def free_row(subject: Subject, solid: Solid) -> ShapeRow:
         build_seconds=solid.build_seconds,
         capacity_ml=space.capacity * 1e6,
         capacity_kept=held if subject.is_vessel else None,
-        filled=subject.is_vessel and is_filled(subject.space.basin, subject.space.reached(NARROW), reached),
+        filled=subject.is_vessel
+        and spaces.is_filled(subject.space.basin, subject.space.reached(spaces.NARROW), reached),
         level_kept=share,
         level_higher_mm=1e3 * higher,
-        openings_closed=closed(subject.reached, reached),
+        openings_closed=spaces.closed(subject.reached, reached),
         notes=(LEAKS,) if leaks and subject.is_vessel else (),
     )
 
 
 def used_row(subject: Subject, solid: Solid, row: ShapeRow) -> ShapeRow:
-    """Return a row with what spheres tell."""
+    """Return a row with the values that need spheres, and the functions."""
     rest = at_rest(solid, subject.cloud, subject.radius, 0)
     return replace(
         row,
@@ -170,7 +199,7 @@ def used_row(subject: Subject, solid: Solid, row: ShapeRow) -> ShapeRow:
 
 
 def require_size(subject: Subject, solid: Solid):
-    """Raise InputError for a shape of another size than its object, which another unit would explain."""
+    """Raise InputError for a shape whose size differs so much from its object's that the unit must be wrong."""
     size = float(np.ptp(solid.vertices, axis=0).max())
     times = size / subject.extent
     if not 1 / LARGER <= times <= LARGER:
@@ -186,7 +215,7 @@ def with_verdict(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> Sha
 
 
 def losses(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> Iterator[str]:
-    """Yield what a shape does not keep."""
+    """Yield sentences on what a shape does not keep."""
     if row.capacity_kept is not None and row.capacity_kept < criteria.share:
         held = f"holds {part_of(row.capacity_kept, 1e6 * subject.capacity)}"
         why = "solid for the engine" if row.filled else "it runs out through gaps"
@@ -199,9 +228,8 @@ def losses(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> Iterator[
     if row.settled_kept is not None and row.settled_kept < criteria.share:
         yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
     if row.openings_closed:
-        yield "fills space that spheres went through" + (
-            f", in {row.openings_closed} places" if row.openings_closed > 1 else ""
-        )
+        places = f", in {row.openings_closed} places" if row.openings_closed > 1 else ""
+        yield f"fills space that spheres went through{places}"
     if criteria.moved is not None and row.moved_mm > 1e3 * criteria.moved:
         yield f"resting places moved by {row.moved_mm:.2g} mm"
     for name, (member, _) in subject.functions.items():
@@ -210,7 +238,7 @@ def losses(row: ShapeRow, subject: Subject, criteria: KeepCriteria) -> Iterator[
 
 
 def price(row: ShapeRow, subject: Subject) -> str:
-    """Return at which cost everything is kept."""
+    """Return a sentence on the cost of a shape that keeps everything."""
     mesh = subject.seen.rests[0].step_us
     if not (math.isfinite(mesh) and math.isfinite(row.step_us)) or row.name == "mesh":
         return "keeps everything"
@@ -221,7 +249,7 @@ def price(row: ShapeRow, subject: Subject) -> str:
 
 
 def part_of(share: float, millilitres: float) -> str:
-    """Return a share of a volume, and the volume, as people write them.
+    """Return a share of a volume and the volume as text.
 
     Examples
     --------

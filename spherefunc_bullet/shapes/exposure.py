@@ -1,4 +1,4 @@
-"""Which of an object's surface something can come to, and how exactly a shape has to follow it there."""
+"""The exposed surface of an object, which a sphere can reach, and how exactly a shape has to follow it."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .spaces import NARROW
 if TYPE_CHECKING:
     from .comparison import Subject
 
-UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
+UPWARD = 0.5  # vertical component of the normal of surfaces on which objects rest: slopes of up to 60 degrees
 RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
-EDGE = 1.0  # radii from what objects rest on, down its edge
-UNDER = 3.0  # radii around the middle of a sphere at rest
-GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
+EDGE = 1.0  # radii down the edge of a surface on which objects rest
+UNDER = 3.0  # radii around the centre of a sphere at rest
+GRAZED = 0.004  # of the extent: distance of pieces from the free space, so that thin pieces do not bridge it
 FINEST = 0.0005  # metres
-BLUNT = 1e-3  # of the extent: corners of a piece that lie no farther outside are not worth their cost
-OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
-FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
-SEEN, ROOM = 16_000, 6_000  # samples of the surface, about, and of the free space around it
-FEWER = 4  # of the samples on which nothing rests, and in which nothing is held, one of this many is enough
+BLUNT = 1e-3  # of the extent: corners of a piece that stand out less are not worth their cost
+OFF = 0.01  # of the way out: offset of the start of a ray from the surface
+FACES = 3_000  # that are cut; simplifying finer meshes costs a fraction of a millimetre and saves a minute
+SEEN, ROOM = 16_000, 6_000  # approximate number of samples of the surface, and of the free space around it
+FEWER = 4  # one in so many samples is used where nothing rests and nothing is held
 
 
 def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
-    """Return the exposed places of an object's surface, with tolerances that are scaled."""
+    """Return the exposed places of an object's surface, with scaled tolerances."""
     places, normals = samples(subject.mesh, SEEN)
     places, outward = np.vstack([places, places]), np.vstack([normals, -normals])
     reached, basin = subject.space.reached(NARROW), subject.space.basin
@@ -42,12 +42,12 @@ def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
     level = (outward[:, 2] > UPWARD) & rested_on(subject, places)
-    thin = subject.is_vessel  # a sphere on a rim leans on both sides of it
-    share[level | edge_of(places, level & thin, EDGE * subject.radius)] = RESTED
+    rims = level & subject.is_vessel  # a sphere on a rim leans on both sides of it
+    share[level | edge_of(places, rims, EDGE * subject.radius)] = RESTED
     chosen = (share < OTHER) | (np.arange(len(share)) % FEWER == 0)
     places, outward, share, level = places[chosen], outward[chosen], share[chosen], level[chosen]
     room, grazed = free_places(subject), GRAZED * subject.extent
-    scales = np.where(share == RESTED, min(scale, 1.0), scale)  # a slope that differs lets a sphere roll
+    scales = np.where(share == RESTED, min(scale, 1.0), scale)  # on a different slope a sphere would roll
     followed = np.maximum(FINEST, scales * share * subject.extent)
     return ExposedSurface(
         places=np.vstack([places, room]),
@@ -59,7 +59,7 @@ def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
 
 
 def rested_on(subject: Subject, places: np.ndarray) -> np.ndarray:
-    """Return which places (S, 3) lie under spheres at rest, (S,) bool."""
+    """Return whether each place (S, 3) lies under a sphere at rest, (S,) bool."""
     centers = np.concatenate([rest.touching for rest in subject.seen.rests])
     if not len(centers):
         return np.zeros(len(places), bool)
@@ -67,7 +67,7 @@ def rested_on(subject: Subject, places: np.ndarray) -> np.ndarray:
 
 
 def edge_of(places: np.ndarray, level: np.ndarray, reach: float) -> np.ndarray:
-    """Return which places (S, 3) lie beside a level (S,) bool, not above it, (S,) bool."""
+    """Return whether each place (S, 3) lies near the places of a level (S,) bool, and not above them, (S,) bool."""
     if not level.any():
         return level
     gaps, nearest = cKDTree(places[level]).query(places, distance_upper_bound=reach)
@@ -77,7 +77,7 @@ def edge_of(places: np.ndarray, level: np.ndarray, reach: float) -> np.ndarray:
 
 
 def free_places(subject: Subject) -> np.ndarray:
-    """Return places (R, 3) all over the free space within an object's box, which a piece may not bridge."""
+    """Return random places (R, 3) in the free space within an object's bounding box, which no piece may bridge."""
     grid = subject.space.grid
     places = grid.low + (np.argwhere(subject.space.reached(NARROW)) + 0.5) * grid.cell
     places = places[((places > subject.low) & (places < subject.high)).all(axis=1)]
@@ -85,7 +85,7 @@ def free_places(subject: Subject) -> np.ndarray:
 
 
 def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return about this many places (S, 3) spread over a surface, and its normals there (S, 3)."""
+    """Return ``count`` places (S, 3) spread over a surface, and its normals there (S, 3)."""
     corners = solid.vertices[solid.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(across, axis=1)
@@ -99,26 +99,26 @@ def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def clear(solid: Solid, places: np.ndarray, outward: np.ndarray, way: float) -> np.ndarray:
-    """Return from which places (S, 3) on a surface a way, metres, meets no other wall of it, (S,) bool."""
+    """Return whether a ray of length ``way``, metres, from each place (S, 3) hits no wall of a surface, (S,) bool."""
     scene = raycasting_scene((solid.vertices, solid.faces))
     return scene.cast_rays(rays_from(places + OFF * way * outward, outward))["t_hit"].numpy() > way
 
 
 def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return what cells (X, Y, Z) bool say of places (S, 3), in cells."""
+    """Return the values of cells (X, Y, Z) at places (S, 3), in cells."""
     index = np.clip(places.astype(int), 0, np.array(cells.shape) - 1)
     return cells[tuple(index.T)]
 
 
 class Fitting:
-    """Convex pieces that follow an object's exposed surface; finer ones go on from the cuts of the coarser."""
+    """Makes convex pieces that follow the exposed surface of an object; finer ones continue the cuts of coarser."""
 
     def __init__(self, subject: Subject, enough: Callable[[], bool] = lambda: False):
         self.subject, self.enough = subject, enough
         self.parts: list[np.ndarray] = []
 
     def of(self, scale: float) -> Solid:
-        """Return pieces within tolerances that are scaled, or what there is of them where it is said to be enough."""
+        """Return pieces within scaled tolerances, or coarser ones if ``enough`` returns True before."""
         exposed = exposed_surface(self.subject, scale)
         parts = cut(self.parts or [simplified(self.subject.mesh)], exposed, self.enough)
         self.parts = [part.triangles for part in parts]
@@ -127,7 +127,7 @@ class Fitting:
 
 
 def simplified(solid: Solid) -> np.ndarray:
-    """Return a surface as triangles (T, 3, 3), at most `FACES` where quadric decimation gets there."""
+    """Return a surface as triangles (T, 3, 3), by quadric decimation at most about `FACES`."""
     if len(solid.faces) <= FACES:
         return solid.vertices[solid.faces]
     import open3d as o3d

@@ -1,7 +1,7 @@
-"""A shape written as URDF, SDF or MJCF, with what is seen, what collides, mass and inertia.
+"""Writing of shapes as URDF, SDF or MJCF, with visual and collision geometry, mass and inertia.
 
-Each convex piece is a file of its own: PyBullet, Gazebo and MuJoCo all take the hull of such a file, whatever they make
-of groups.
+Each convex piece is a separate file: PyBullet, Gazebo and MuJoCo all use the hull of such a file, while they treat
+groups in a file differently.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from ..formats.files import write_bytes
 from ..simulator.statics.body import Body
 from .solid import Solid, hull_of
 
-CONCAVE = "concave.obj"  # PyBullet keeps it as it is where the link says so
+CONCAVE = "concave.obj"  # name of a concave mesh, which PyBullet keeps if the link says so
 FORMATS = ("urdf", "sdf", "mjcf")
-FIRM = {"solref": "0.004 1", "solmix": "1000"}  # MuJoCo's default contact gives way by more than a wall is thick
+FIRM = {"solref": "0.004 1", "solmix": "1000"}  # with MuJoCo's default contacts, bodies sink through thin walls
 
 
 def write_shape(path: Path, visual: Solid, shape: Solid, body: Body, form: str | None = None) -> Path:
-    """Write an object with a collision shape; its meshes go into a folder beside it. Return its path.
+    """Write an object with a collision shape, its meshes in a folder next to it, and return its path.
 
     Parameters
     ----------
     path : Path
-        Ends in .urdf, .sdf or .xml, which says the format unless ``form`` does.
+        Its ending, .urdf, .sdf or .xml, decides the format unless ``form`` is given.
     visual, shape : Solid
-        In the same frame; the shape of convex pieces or, for what stands still, a concave surface.
+        In the same frame; the shape consists of convex pieces or, for static objects, of a concave surface.
     body : Body
-        Gives mass, centre and inertia.
+        Provides mass, centre of mass and inertia.
     """
     form = form or {".xml": "mjcf", ".mjcf": "mjcf"}.get(path.suffix.lower(), path.suffix[1:].lower())
     if form not in FORMATS:
@@ -61,12 +61,12 @@ def obj(vertices: np.ndarray, faces: np.ndarray) -> bytes:
 
 
 def numbers(*values: float) -> str:
-    """Return numbers as XML has them."""
+    """Return numbers as text for XML."""
     return " ".join(f"{float(value):.9g}" for value in values)
 
 
 def moments(body: Body) -> dict[str, str]:
-    """Return the inertia about the centre of mass, by its names in URDF and SDF."""
+    """Return the inertia about the centre of mass by the names of URDF and SDF."""
     axes = "xyz"
     return {f"i{axes[i]}{axes[j]}": numbers(body.inertia[i, j]) for i in range(3) for j in range(i, 3)}
 

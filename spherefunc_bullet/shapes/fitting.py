@@ -1,9 +1,9 @@
-"""Convex pieces that stay out of the free space that an object's function needs.
+"""Convex pieces that stay out of the free space that the function of an object needs.
 
-A part of the surface is cut by planes until the convex hull of each part covers none of the surface that a sphere can
-come to by more than a tolerance; then neighbours are joined again where their common hull does not either. So pieces
-are spent where they are needed, a mesh need not be closed, and what nothing ever touches is filled. (Approximate
-convex decomposition: Lien and Amato, 2007; Wei et al., 2022, who measure concavity without regard to its use.)
+The surface is cut by planes until no part's convex hull covers surface that a sphere can reach by more than a
+tolerance; then neighbours whose common hull also stays within the tolerance are joined again. So pieces are used where
+they are needed, the mesh need not be closed, and space that nothing can reach is filled. (Approximate convex
+decomposition: Lien and Amato, 2007; Wei et al., 2022, whose concavity does not depend on the function.)
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from ..processes.compilation import njit
 from .solid import thickened
 
 MOST = 400  # pieces
-ASIDE = 0.25  # cosine of the angle up to which a face of a hull looks the way out of a place
-TURNS = 4  # of planes about the vertical, besides those of the worst place
+ASIDE = 0.25  # cosine of the largest angle between the normal of a hull's face and the way out of a place
+TURNS = 4  # vertical planes through the middle, in addition to those along the axes
 Corners = np.ndarray  # (K, 3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExposedSurface:
-    """Places of a surface that a sphere can come to, each with the way out into the free space."""
+    """Places of a surface that a sphere can reach, each with the direction out into the free space."""
 
     places: np.ndarray  # (S, 3) metres
-    outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
-    tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
-    reach: np.ndarray  # (S,) metres around them that count as they do
-    clear: np.ndarray  # (S,) metres of their way out that have to stay free; 0: only they have to
+    outward: np.ndarray  # (S, 3) unit vectors; zero for places in the free space itself, which any direction leaves
+    tolerance: np.ndarray  # (S,) metres by which a hull may cover a place
+    reach: np.ndarray  # (S,) metres: radius of a place
+    clear: np.ndarray  # (S,) metres of the way out that must stay free; 0: only the place itself
 
     def excess(self, hull: Hull) -> tuple[np.ndarray, np.ndarray]:
-        """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
+        """Return the places (K,) that a hull covers beyond their tolerance, and by how many tolerances (K,)."""
         ways = ways_out(self.places, self.outward, self.reach, self.clear, *ends(hull.corners), hull.planes)
         covered = ways / self.tolerance
         which = np.flatnonzero(covered > 1)
@@ -51,7 +51,7 @@ class Hull:
 
 
 def hull_around(points: np.ndarray) -> Hull:
-    """Return the hull of points (N, 3); of flat ones that of a thin slab."""
+    """Return the hull of points (N, 3); for flat ones, that of a thin slab."""
     try:
         hull = ConvexHull(points)
         return Hull(points[hull.vertices], hull.equations)
@@ -61,15 +61,16 @@ def hull_around(points: np.ndarray) -> Hull:
 
 
 def ends(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest corner of the box around points (N, 3)."""
+    """Return the lowest and the highest corner of the bounding box of points (N, 3)."""
     return points.min(axis=0), points.max(axis=0)
 
 
 @njit(cache=True, error_model="numpy")
 def ways_out(places, outward, reach, clear, low, high, planes):
-    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it.
+    """Return how far outward the surface of a hull is from each place (S,) inside it; 0 for places outside.
 
-    A place with a clear way is left along it alone, also a hull that hovers over it; others by any face that looks so.
+    A place whose way out must stay clear leaves along this way only, also through a hull that hovers above it; other
+    places leave through any face that points outward.
     """
     ways = np.zeros(len(places))
     for n in range(len(places)):
@@ -105,12 +106,12 @@ class SurfacePart:
 
     triangles: np.ndarray  # (T, 3, 3)
     hull: Hull
-    which: np.ndarray  # places that it covers
-    covered: np.ndarray  # by how many tolerances
+    which: np.ndarray  # (K,) places that it covers
+    covered: np.ndarray  # (K,) by how many tolerances
 
 
 def taken(covered: np.ndarray) -> float:
-    """Return how much of the free space a hull takes that covers places (K,) by this many tolerances."""
+    """Return a measure of the free space that a hull takes if it covers places (K,) by so many tolerances."""
     return float(np.minimum(covered, 50).sum())
 
 
@@ -125,12 +126,10 @@ def cut(
 ) -> list[SurfacePart]:
     """Return parts of a surface that take none of the free space, cut out of parts (T, 3, 3) of its triangles.
 
-    The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
+    The part that takes most is cut next, until none takes any, there are too many, or ``enough`` returns True.
     """
-    waiting = [
-        (-taken(part.covered), number, part)
-        for number, part in enumerate(part_of(triangles, exposed) for triangles in parts)
-    ]
+    whole = [part_of(triangles, exposed) for triangles in parts]
+    waiting = [(-taken(part.covered), number, part) for number, part in enumerate(whole)]
     heapq.heapify(waiting)
     done, number = [], len(waiting)
     while waiting:
@@ -147,7 +146,7 @@ def cut(
 
 
 def best_cut(part: SurfacePart, exposed: ExposedSurface) -> tuple[SurfacePart, SurfacePart] | None:
-    """Return the two parts that together take the least of the free space; None where no plane cuts."""
+    """Return the two parts that together take the least of the free space; None if no plane cuts."""
     best, chosen, low = np.inf, None, max(np.ptp(part.hull.corners, axis=0).max() * 1e-4, 1e-9)
     for normal, offset in planes_for(part, exposed):
         height = part.triangles @ normal - offset
@@ -167,7 +166,7 @@ def best_cut(part: SurfacePart, exposed: ExposedSurface) -> tuple[SurfacePart, S
 
 
 def planes_for(part: SurfacePart, exposed: ExposedSurface) -> Iterator[tuple[np.ndarray, float]]:
-    """Yield planes to cut a part by: along the surface where its hull covers it most, and through its middle."""
+    """Yield planes to cut a part: along the surface where the hull covers it most, and through the middle."""
     order = np.argsort(-part.covered)
     order = order[exposed.outward[part.which[order]].any(axis=1)]
     seen: list[np.ndarray] = []
@@ -186,7 +185,7 @@ def planes_for(part: SurfacePart, exposed: ExposedSurface) -> Iterator[tuple[np.
         yield axis, float(axis @ middle)
         yield axis, float(axis @ deep)
     away = part.hull.corners - part.hull.corners.mean(axis=0)
-    axes = np.linalg.eigh(away.T @ away)[1].T  # also of a single corner
+    axes = np.linalg.eigh(away.T @ away)[1].T  # defined even for a single corner
     for axis in axes:
         yield axis, float(axis @ middle)
     for angle in np.pi * (np.arange(TURNS) + 0.5) / TURNS:
@@ -198,8 +197,7 @@ def clipped(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Return the part of triangles (T, 3, 3) where a height (T, 3), linear on each, is positive, as triangles."""
     above = height >= 0
     count = above.sum(axis=1)
-    whole = triangles[count == 3]
-    pieces = [whole]
+    pieces = [triangles[count == 3]]
     for corners in (1, 2):
         cut = np.flatnonzero(count == corners)
         if not len(cut):
@@ -219,7 +217,7 @@ def clipped(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
 
 
 def joined(parts: Sequence[SurfacePart], exposed: ExposedSurface, enough: Callable[[], bool]) -> list[Corners]:
-    """Return the pieces of parts, of which those are one whose common hull takes no more free space than they do."""
+    """Return the convex pieces of parts; pairs whose common hull takes no more free space are joined."""
     pieces: list[Corners | None] = [part.hull.corners for part in parts]
     costs = [float(part.covered.sum()) for part in parts]
     waiting = [pair for a in range(len(pieces)) for pair in pairs_with(pieces, a, a)]
@@ -241,13 +239,13 @@ def joined(parts: Sequence[SurfacePart], exposed: ExposedSurface, enough: Callab
 
 
 def pairs_with(pieces: Sequence[Corners | None], a: int, count: int) -> Iterator[tuple[float, int, int]]:
-    """Yield the neighbours of a piece among the first this many, those first with which it makes the smallest box."""
-    low, high = pieces[a].min(axis=0), pieces[a].max(axis=0)
+    """Yield the neighbours of piece ``a`` among the first ``count``, with the size of their common bounding box."""
+    low, high = ends(pieces[a])
     slack = 0.02 * (high - low).max()
     for b in range(count):
         if pieces[b] is None:
             continue
-        other_low, other_high = pieces[b].min(axis=0), pieces[b].max(axis=0)
+        other_low, other_high = ends(pieces[b])
         if (other_low <= high + slack).all() and (low <= other_high + slack).all():
             size = np.maximum(high, other_high) - np.minimum(low, other_low)
             yield float(np.linalg.norm(size)), b, a

@@ -1,4 +1,4 @@
-"""Many objects at once: each is asked about in its own task, kept, and shown on one page."""
+"""Libraries: many objects, each compared in its own task, cached, and shown on one page."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from ..formats.files import write_bytes
 from ..processes.tasks import run_tasks
 from ..viewer.page import page_html, viewer_file
 from .compared import SAYS_COLLISION, Shapes, as_row, compare_shapes
-from .rows import NOTHING
+from .comparison import NOTHING
 from .solid import Solid
 
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
-PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
-ELEVATION = 42.0  # degrees: into a vessel
-TIME = 600.0  # seconds of one object of a library
-USES = {  # what objects of a use are called, what those do that lose it, and those that keep it
+PICTURE, QUALITY = (168, 132), 55  # pixels of each of two pictures; WebP quality: some 4 kB per object
+ELEVATION = 42.0  # degrees, to look into vessels
+TIME = 600.0  # seconds: limit for one object of a library
+USES = {  # by use: the objects, and what they do if they lose it or keep it, in words
     "vessel": ("vessels", "hold nothing", "still hold something"),
     "sittable": ("seats", "are no longer classified as seats", "are still classified as seats"),
     "table": ("tables", "do not carry at their level", "still carry at their level"),
 }
-Result = dict[str, Any]  # what is printed of an object, as JSON has it
+Result = dict[str, Any]  # the comparison of one object, JSON-ready
 
 
 @dataclass(frozen=True, kw_only=True)
 class LibraryOptions:
-    """What is asked of each object."""
+    """How each object of a library is compared."""
 
     collision: Path | None = None
-    shapes: bool = True  # beside the collision geometry
+    shapes: bool = True  # whether candidates are compared too
     coacd: tuple[float, ...] = ()
     keep: float | None = None
     units: str = "m"
@@ -49,24 +49,18 @@ class LibraryOptions:
     picture: bool = False
 
     def key(self, file: Path) -> str:
-        """Return a name for the answer about a file as it is now."""
+        """Return the name of the cached result for a file in its current state."""
         about = file.stat()
         text = f"{file.absolute()} {about.st_size} {about.st_mtime_ns} {sorted(asdict(self).items())}"
         return f"{file.stem}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.json"
 
 
 def library_result(file: Path, options: LibraryOptions) -> Result:
-    """Return what is printed of one object."""
+    """Return the result of one object."""
     collision = options.collision
     if options.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
-        collision = file  # a mesh of a library is what an engine would load
-    how = {
-        "shapes": options.shapes,
-        "coacd": options.coacd,
-        "keep": options.keep,
-        "units": options.units,
-        "up": options.up,
-    }
+        collision = file  # an engine would load the mesh itself
+    how = {name: getattr(options, name) for name in ("shapes", "coacd", "keep", "units", "up")}
     compared = compare_shapes(file, collision, report=say, **how)
     result = compared.as_dict(str(file))
     if options.picture:
@@ -77,7 +71,7 @@ def library_result(file: Path, options: LibraryOptions) -> Result:
 
 
 def written(compared: Shapes, file: Path, options: LibraryOptions) -> Result:
-    """Write the best shape of an object, and return what is printed of it."""
+    """Write the best shape of an object, and return its path and row, JSON-ready."""
     shape = compared.best_for(options.still)
     if not shape.row.keeps:
         say(f"{file.name}: none that was tried keeps everything; written is the one that keeps most")
@@ -86,7 +80,7 @@ def written(compared: Shapes, file: Path, options: LibraryOptions) -> Result:
 
 
 def pictures(compared: Shapes) -> str:
-    """Return what is seen beside what the first shape is for the engine, as WebP in base64."""
+    """Return a picture of the visual mesh next to the first shape as the engine loads it, as WebP in base64."""
     from PIL import Image
 
     from ..viewer.pictures import CameraView, render
@@ -104,9 +98,9 @@ def pictures(compared: Shapes) -> str:
 def library_results(
     files: Sequence[Path], options: LibraryOptions, jobs: int = 1, cache: Path | None = None
 ) -> Iterator[Result]:
-    """Yield what is printed of each object, errors as `{file, error}`, in the order in which they are done.
+    """Yield the result of each object, errors as `{file, error}`, in the order of completion.
 
-    With a folder to keep them in, each is in a process of its own, and those that are there already are not done again.
+    With a cache folder, each object runs in its own process, and results that are in the folder are not computed again.
     """
     left = []
     for file in files:
@@ -128,9 +122,9 @@ def library_results(
 
 
 def loses(result: Result, name: str) -> bool | None:
-    """Return whether an object's first shape loses one of the `USES`; None where the object has no such use.
+    """Return whether the first shape of an object loses one of the `USES`; None if the object has no such use.
 
-    A vessel holds nothing any more; a seat is none by the model; the level of a table is elsewhere.
+    The shape of a vessel holds nothing; that of a seat is not classified as a seat; that of a table lacks its level.
     """
     row = result["shapes"][0]
     if name == "vessel":
@@ -141,7 +135,7 @@ def loses(result: Result, name: str) -> bool | None:
 
 
 def summary(results: Sequence[Result]) -> dict[str, int]:
-    """Return how many objects there are, and how many of them lose what they are for."""
+    """Return the number of objects, and how many of them lose each use."""
     read = [result for result in results if result.get("shapes")]
     counts = {"objects": len(read), "failed": len(results) - len(read)}
     counts["keep everything"] = sum(result["shapes"][0]["keeps"] for result in read)
@@ -152,7 +146,7 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
 
 
 def counts_kept(results: Sequence[Result]) -> list[tuple[int, int, str]]:
-    """Return of each use that there is how many objects keep it, how many there are, and what they do."""
+    """Return, for each use that occurs, how many objects keep it, how many have it, and a description."""
     counts = summary(results)
     return [
         (counts[those] - counts[f"{those} that {loss}"], counts[those], f"{those} {kept}")
@@ -175,11 +169,11 @@ def page(title: str, results: Sequence[Result]) -> str:
 
 
 def verdict_text(result: Result) -> str:
-    """Return what an object is for, in words."""
+    """Return the functions of an object in words."""
     names = [name for name, about in result["functions"].items() if about["member"]]
     return ", ".join([*names, *(["vessel"] if result["capacity_ml"] and "cup" not in names else [])])
 
 
 def short(result: Result) -> str:
-    """Return an object's file with its folder."""
+    """Return the name of an object's file with its folder."""
     return "/".join(Path(result["file"]).parts[-2:])

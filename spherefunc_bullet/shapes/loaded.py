@@ -1,11 +1,13 @@
-"""Collision geometry that a file names, as PyBullet and MuJoCo load it.
+"""Collision geometry of files, as PyBullet and MuJoCo load it.
 
-PyBullet's `loadURDF` makes one convex hull of each group (``o`` or ``g``) of an OBJ, and of any other mesh as a whole;
-only ``concave="yes"`` in the URDF keeps the mesh, for what stands still. A file that is a mesh is loaded alike.
+PyBullet's `loadURDF` makes one convex hull of each group (``o`` or ``g``) of an OBJ file, and of any other mesh as a
+whole; only ``concave="yes"`` in the URDF keeps the mesh, for static objects. A mesh file is loaded in the same way.
 """
 
 from __future__ import annotations
 
+import io
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,29 +26,30 @@ from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000
-Placed = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether they stay concave
+Placed = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
+Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) and faces (M, 3) in a frame of their own
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileFrame:
-    """How a file's coordinates become those of its object's cloud."""
+    """The conversion from the coordinates of a file to those of its object's cloud."""
 
     up: str
     units: str
     shift: np.ndarray  # (3,) metres, added last
 
     def of(self, points: np.ndarray, path: Path) -> np.ndarray:
-        """Return points (N, 3) of a file in the cloud's frame."""
+        """Return points (N, 3) of a file in the frame of the cloud."""
         turned = to_z_up(Geometry(points), self.up, path, quiet)
         return to_metres(turned, self.units, path.name, quiet) + self.shift
 
 
 def quiet(_: str):
-    """Say nothing: the object's own file has said it."""
+    """Report nothing: the same was reported for the object's own file."""
 
 
 def loaded(path: Path, frame: FileFrame) -> Iterator[Solid]:
-    """Yield what an engine holds of a file's collision geometry, for each link that has any.
+    """Yield the collision geometry of each link of a file, as an engine loads it.
 
     Raises
     ------
@@ -62,7 +65,7 @@ def loaded(path: Path, frame: FileFrame) -> Iterator[Solid]:
 
 
 def solid_of(name: str, parts: list[Placed], frame: FileFrame, path: Path) -> Solid:
-    """Return the parts of one link as the engine holds them."""
+    """Return the parts of one link as the engine loads them."""
     if len(parts) > MOST_PIECES:
         limit = f"expected at most {MOST_PIECES:,} collision pieces"
         raise InputError(f"{one_line(path.name)}: {limit}, got {len(parts):,}; join them")
@@ -74,19 +77,16 @@ def solid_of(name: str, parts: list[Placed], frame: FileFrame, path: Path) -> So
 
 def links_of(path: Path) -> dict[str, list[Placed]]:
     """Return the collision parts of each link of a file, in its frame."""
-    if path.suffix.lower() == ".urdf":
-        return urdf_links(path)
-    if path.suffix.lower() in (".sdf", ".xml", ".mjcf"):
-        return sdf_links(path) if path.suffix.lower() == ".sdf" else mjcf_links(path)
-    if path.suffix.lower() not in READERS:
+    ending = path.suffix.lower()
+    if ending in LOADERS:
+        return LOADERS[ending](path)
+    if ending not in READERS:
         raise InputError(f"{one_line(path)}: expected a URDF, SDF, MJCF or mesh, got '{path.suffix}'")
     return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
 
 
 def urdf_links(path: Path) -> dict[str, list[Placed]]:
-    """Return the collision parts of each link of a URDF that has any, every joint at zero."""
-    import io
-
+    """Return the collision parts of each link of a URDF that has any, with every joint at zero."""
     import yourdfpy
     from trimesh.transformations import transform_points
 
@@ -94,7 +94,7 @@ def urdf_links(path: Path) -> dict[str, list[Placed]]:
     tree = plain_xml(source.data)
     robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
     concave = {link.get("name"): link.get("concave") == "yes" for link in tree.findall("link")}
-    links: dict[str, list[Placed]] = {}
+    links = defaultdict(list)
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
         nodes = tree.findall(f"link[@name='{link.name}']/collision")
@@ -102,12 +102,12 @@ def urdf_links(path: Path) -> dict[str, list[Placed]]:
             place = pose @ (np.eye(4) if collision.origin is None else collision.origin)
             is_concave = concave[link.name] or node.get("concave") == "yes"
             for vertices, faces in geometry_parts(collision.geometry, path.parent, whole=is_concave):
-                links.setdefault(link.name, []).append((transform_points(vertices, place), faces, is_concave))
+                links[link.name].append((transform_points(vertices, place), faces, is_concave))
     return links
 
 
-def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the hulls that one collision element becomes, by their points, or its whole mesh."""
+def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[Part]:
+    """Return the parts of a collision element of which the engine makes hulls, or its whole mesh."""
     if shape.mesh is None:
         return [geometry_part(shape, lambda name: None)]
     target = find_mesh(shape.mesh.filename, folder)
@@ -117,8 +117,8 @@ def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[tuple[np.ndarr
     return [(vertices * scale, faces) for vertices, faces in groups_of(target, whole=whole)]
 
 
-def groups_of(path: Path, whole: bool = False) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the vertices that each group's faces use, and those; of what is no OBJ the whole is one group."""
+def groups_of(path: Path, whole: bool = False) -> list[Part]:
+    """Return the vertices and faces of each group of an OBJ file; the whole mesh for other formats."""
     geometry = read_geometry(path)
     if not len(geometry.faces):
         raise InputError(f"{one_line(path.name)}: expected a mesh to collide with, got points")
@@ -130,23 +130,23 @@ def groups_of(path: Path, whole: bool = False) -> list[tuple[np.ndarray, np.ndar
 
 
 def mjcf_links(path: Path) -> dict[str, list[Placed]]:
-    """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, its planes left out."""
+    """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, without planes."""
     with explaining(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco", ImportError):
         import mujoco
     with explaining(f"{one_line(path.name)}: MuJoCo refuses it", ValueError, why=": "):
         model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    links: dict[str, list[Placed]] = {}
+    links = defaultdict(list)
     for geom in np.flatnonzero((model.geom_contype > 0) | (model.geom_conaffinity > 0)):
         if (part := geom_part(model, geom)) is not None:
             place = part[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-            links.setdefault(model.body(model.geom_bodyid[geom]).name, []).append((place, part[1], False))
+            links[model.body(model.geom_bodyid[geom]).name].append((place, part[1], False))
     return links
 
 
-def geom_part(model: Any, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the triangles of a geom of MuJoCo's in its own frame, None for planes and height fields."""
+def geom_part(model: Any, geom: int) -> Part | None:
+    """Return the triangles of a MuJoCo geom in its own frame; None for planes and height fields."""
     import mujoco
 
     kinds, kind, size = mujoco.mjtGeom, model.geom_type[geom], model.geom_size[geom]
@@ -168,20 +168,20 @@ def geom_part(model: Any, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def sdf_links(path: Path) -> dict[str, list[Placed]]:
-    """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or its groups are."""
-    links: dict[str, list[Placed]] = {}
+    """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or one per group."""
+    links = defaultdict(list)
     for model in plain_xml(path.read_bytes()).iter("model"):
         for link in model.findall("link"):
             for node in link.findall("collision"):
                 place = pose_of(link) @ pose_of(node)
                 for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
                     placed = vertices @ place[:3, :3].T + place[:3, 3]
-                    links.setdefault(link.get("name", path.stem), []).append((placed, faces, False))
+                    links[link.get("name", path.stem)].append((placed, faces, False))
     return links
 
 
 def pose_of(node: ElementTree.Element) -> np.ndarray:
-    """Return the pose (4, 4) of an element of an SDF: a place, and roll, pitch and yaw."""
+    """Return the pose (4, 4) of an SDF element: position, roll, pitch and yaw."""
     from trimesh.transformations import euler_matrix
 
     values = [float(word) for word in node.findtext("pose", "").split()] or [0.0] * 6
@@ -190,8 +190,8 @@ def pose_of(node: ElementTree.Element) -> np.ndarray:
     return matrix
 
 
-def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the parts of one collision of an SDF in its own frame; none for planes."""
+def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
+    """Return the parts of one SDF collision element in its own frame; none for planes."""
     if geometry is None:
         return []
     names = ("size", "radius", "length", "scale")
@@ -209,3 +209,6 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[tuple[
         raise InputError(f"collision mesh {name[:80]!r}: expected beside the file")
     scale = np.array(sizes["scale"] or [1.0])
     return [(vertices * scale, faces) for vertices, faces in groups_of(target)]
+
+
+LOADERS = {".urdf": urdf_links, ".sdf": sdf_links, ".xml": mjcf_links, ".mjcf": mjcf_links}

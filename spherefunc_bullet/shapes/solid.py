@@ -1,4 +1,4 @@
-"""What an engine holds of an object: convex pieces, which it takes to be full, or a surface of triangles."""
+"""Solids: the shape of an object in an engine, either convex pieces, which are solid, or a surface of triangles."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.spatial import ConvexHull, QhullError
 from ..formats.sources import joined_meshes
 from ..processes.compilation import njit
 
-THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
-MOST_CORNERS = 64  # of a convex piece: an engine asks each of them in every contact, and fewer leave gaps
+THIN = 1e-4  # of the extent: thickness given to flat pieces, to which engines add a margin
+MOST_CORNERS = 64  # of a convex piece: an engine visits all of them in every contact, and fewer would leave gaps
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
 
 
@@ -23,7 +23,7 @@ class Solid:
     name: str
     vertices: np.ndarray  # (N, 3) float64, of all hulls together, or of the surface
     faces: np.ndarray  # (M, 3) int64
-    pieces: tuple[np.ndarray, ...] | None  # corners (K, 3) of convex pieces; None: the surface is the shape
+    pieces: tuple[np.ndarray, ...] | None  # corners (K, 3) of convex pieces; None for a surface
     build_seconds: float = 0.0
 
     @property
@@ -32,23 +32,23 @@ class Solid:
         return STL_HEAD + STL_FACE * len(self.faces)
 
     def shifted(self, by: np.ndarray) -> Solid:
-        """Return it moved by (3,), metres."""
+        """Return the shape moved by a vector (3,), metres."""
         pieces = None if self.pieces is None else tuple(piece + by for piece in self.pieces)
         return replace(self, vertices=self.vertices + by, pieces=pieces)
 
     @property
     def count(self) -> int:
-        """How many bodies the engine tests a contact with; 1 for a surface."""
+        """Number of bodies that the engine tests for contact; 1 for a surface."""
         return 1 if self.pieces is None else len(self.pieces)
 
 
 def surface(name: str, vertices: np.ndarray, faces: np.ndarray) -> Solid:
-    """Return a surface of triangles, as concave meshes are."""
+    """Return a surface of triangles, which may be concave."""
     return Solid(name=name, vertices=vertices, faces=faces, pieces=None)
 
 
 def of_pieces(name: str, pieces: Iterable[np.ndarray]) -> Solid:
-    """Return convex pieces, given by points (K, 3) whose hulls they are."""
+    """Return the convex hulls of several sets of points (K, 3)."""
     hulls = [hull_of(piece) for piece in pieces]
     vertices, faces = joined_meshes(hulls)
     return Solid(name=name, vertices=vertices, faces=faces, pieces=tuple(corners for corners, _ in hulls))
@@ -73,16 +73,16 @@ def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def capped(points: np.ndarray, off: float = 0.0, most: int = MOST_CORNERS) -> np.ndarray:
-    """Return at most this many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
+    """Return at most ``most`` corners (K, 3) of a hull, each the farthest outside the hull of those already chosen.
 
-    The hull of fewer corners lies within that of all, so no free space is taken. Corners that lie no farther outside
-    than some metres are left out as well.
+    The hull of fewer corners lies within that of all, so it takes no free space. Corners that are outside by no more
+    than ``off`` metres are dropped as well.
     """
     corners, _ = hull_of(points)
     span = np.vstack([np.eye(3), 1 - 2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])])
     heights = corners @ span.T
     chosen = set(heights.argmin(axis=0).tolist()) | set(heights.argmax(axis=0).tolist())
-    chosen |= set(range(4 if len(chosen) < 4 else 0))  # of a slanted sliver three may be the ends of all axes
+    chosen |= set(range(4 if len(chosen) < 4 else 0))  # three corners of a slanted sliver may be extreme on all axes
     while len(chosen) < min(most, len(corners)):
         equations = ConvexHull(corners[sorted(chosen)], qhull_options="QJ").equations
         outside = (corners @ equations[:, :3].T + equations[:, 3]).max(axis=1)
@@ -94,7 +94,7 @@ def capped(points: np.ndarray, off: float = 0.0, most: int = MOST_CORNERS) -> np
 
 
 def thickened(points: np.ndarray) -> np.ndarray:
-    """Return flat points twice, moved a little to either side in the directions in which they have no extent."""
+    """Return flat points doubled, moved slightly to both sides in the directions in which they have no extent."""
     middle = points - points.mean(axis=0)
     thin = THIN * max(float(np.abs(middle).max()), 1e-6)
     _, sizes, axes = np.linalg.svd(np.vstack([middle, np.zeros((3, 3))]), full_matrices=False)
@@ -104,11 +104,11 @@ def thickened(points: np.ndarray) -> np.ndarray:
     return points
 
 
-MOST = 6_000_000  # points; beyond, they lie farther apart
+MOST = 6_000_000  # points; with more, they are farther apart
 
 
 def dense_points(vertices: np.ndarray, faces: np.ndarray, gap: float) -> np.ndarray:
-    """Return points (N, 3) on triangles, corners among them, in rows along the longest edges, at most ``gap`` apart."""
+    """Return points (N, 3) on triangles, with their corners, in rows along the longest edges, at most ``gap`` apart."""
     corners = np.asarray(vertices, dtype=np.float64)[faces]
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     turn = (edges.argmax(axis=1)[:, None] + np.arange(3)) % 3
@@ -125,9 +125,9 @@ def dense_points(vertices: np.ndarray, faces: np.ndarray, gap: float) -> np.ndar
 
 @njit(cache=True, error_model="numpy")
 def fill(corners, lengths, heights, out):
-    """Write rows of points on each triangle, whose first edge is the longest; return how many there are.
+    """Write rows of points on triangles whose first edge is the longest; return their number.
 
-    Lengths and heights in gaps.
+    Lengths and heights are in units of the gap.
     """
     n = 0
     for t in range(len(corners)):

@@ -1,7 +1,7 @@
-"""The free space of an object on a grid: how much stands in it, and where a sphere can go; and its carrying level.
+"""The free space of an object on a grid: its capacity, and where a sphere can go; and its carrying level.
 
-Both follow from the cells near a surface, so a mesh with holes, a sheet and a pile of convex pieces are alike to them.
-The level is how high an object is seen from above, and how much of that a shape keeps.
+The free space follows from the cells near a surface, so it can be computed for meshes with holes, for sheets and for
+convex pieces. The carrying level follows from the heights of an object seen from above.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from .solid import Solid, dense_points
 
 CELLS = 112  # along the largest extent
 MARGIN = 6  # cells around
-WALL = 0.9  # cells: half a wall's thickness where water stands; thinner ones would leak
-NARROW, WIDE = 0.018, 0.04  # of the extent: what a sphere of the second went through, one of the first still has to
-LEAKY = 0.5  # of the capacity: where less water stands, grains are asked about
-SHUT = 1.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
+WALL = 0.9  # cells: half the thickness of walls for water; thinner walls would leak
+NARROW, WIDE = 0.018, 0.04  # of the extent: radii; the narrow sphere must still pass where the wide one passed
+LEAKY = 0.5  # of the capacity: if a shape holds less water, it is tested with grains
+SHUT = 1.0  # volumes of the narrow sphere: an opening that has lost more is closed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,19 +33,23 @@ class VoxelGrid:
     shape: tuple[int, int, int]
 
     def cells(self, solid: Solid) -> np.ndarray:
-        """Return dense points (N, 3) of a shape's surface, in cells; those that lie outside are left out."""
+        """Return dense points (N, 3) of the surface of a shape, in cells, without those outside the grid."""
         points = (dense_points(solid.vertices, solid.faces, 0.5 * self.cell) - self.low) / self.cell
         return points[((points > 0) & (points < self.shape)).all(axis=1)]
 
+    def free_space(self, solid: Solid) -> FreeSpace:
+        """Return the free space around a shape."""
+        return FreeSpace(grid=self, points=self.cells(solid))
+
     def near(self, points: np.ndarray, reach: float) -> np.ndarray:
-        """Return the cells (X, Y, Z) bool whose middle is within reach, in cells, of some points (N, 3)."""
+        """Return the cells (X, Y, Z) bool whose middle is within a reach, in cells, of some points (N, 3)."""
         marked = np.zeros(self.shape, np.bool_)
         thicken(points, reach, marked)
         return marked
 
 
 def grid_around(low: np.ndarray, high: np.ndarray) -> VoxelGrid:
-    """Return the grid of a box."""
+    """Return the grid around a bounding box."""
     cell = float((high - low).max()) / CELLS
     shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
     return VoxelGrid(low=low - MARGIN * cell, cell=cell, shape=tuple(shape.tolist()))
@@ -53,14 +57,14 @@ def grid_around(low: np.ndarray, high: np.ndarray) -> VoxelGrid:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeSpace:
-    """What is free around one shape."""
+    """The free space around one shape."""
 
     grid: VoxelGrid
     points: np.ndarray  # (N, 3) of the surface, in cells
 
     @cached_property
     def standing(self) -> np.ndarray:
-        """The cells (X, Y, Z) bool that water cannot leave without rising, of walls two cells thick."""
+        """The cells (X, Y, Z) bool that water cannot leave without rising, with walls two cells thick."""
         return standing_in(self.grid.near(self.points, WALL))
 
     @cached_property
@@ -70,17 +74,17 @@ class FreeSpace:
 
     @cached_property
     def capacity(self) -> float:
-        """The volume of that body to the brim, m3: what two wall thicknesses would leave is drawn out to none."""
+        """The volume of that body to the brim, m3, extrapolated from two wall thicknesses to none."""
         thin = int(self.basin.sum())
         thick = int(largest(standing_in(self.grid.near(self.points, 2 * WALL))).sum())
         return (2 * thin - thick if thick else thin) * self.grid.cell**3
 
     def standing_of(self, reach: float) -> np.ndarray:
-        """Return the cells (X, Y, Z) bool in which grains of a radius, in cells, stand: finer holes let none out."""
+        """Return the cells (X, Y, Z) bool that grains of a radius, in cells, cannot leave without rising."""
         return standing_in(self.grid.near(self.points, reach))
 
     def reached(self, share: float) -> np.ndarray:
-        """Return the cells (X, Y, Z) bool that the middle of a sphere comes to from the sides or from above.
+        """Return the cells (X, Y, Z) bool that the centre of a sphere can reach from the sides or from above.
 
         Its radius is a share of the extent. Nothing passes below the ground.
         """
@@ -98,15 +102,15 @@ def largest(cells: np.ndarray) -> np.ndarray:
 
 
 def closed(reached: np.ndarray, still: np.ndarray) -> int:
-    """Return how many openings are closed.
+    """Return the number of openings that a shape closes.
 
-    A bulging wall takes a thin layer of the free space, a wall across an opening one of two radii of the sphere: what
-    does not survive erosion by a cell is left out.
+    A bulging wall takes a thin layer of the free space, which erosion by one cell removes; a wall across an opening
+    takes a layer as thick as the sphere.
 
     Parameters
     ----------
     reached, still : (X, Y, Z) bool
-        Where a sphere of the wide size came to in the object, and one of the narrow size in the shape.
+        Cells that the wide sphere reached in the object, and those that the narrow sphere reaches in the shape.
     """
     parts, _ = ndimage.label(ndimage.binary_erosion(reached & ~still))
     sphere = 4 / 3 * np.pi * (NARROW * CELLS) ** 3
@@ -114,12 +118,12 @@ def closed(reached: np.ndarray, still: np.ndarray) -> int:
 
 
 def held_share(item: FreeSpace, shape: FreeSpace, reach: float) -> tuple[float, bool]:
-    """Return the share of what stands in an object that stands in a shape too, and whether water runs out of that.
+    """Return the share of the water in an object that a shape holds too, and whether the shape leaks and holds grains.
 
     Parameters
     ----------
     reach : float, cells
-        Of the grains that are asked about where water runs out: shapes of voxels have gaps that no sphere falls into.
+        Radius of the grains that are tested if water runs out: voxel shapes have gaps that no sphere falls into.
     """
     water = float((shape.standing & item.basin).sum() / max(1, item.basin.sum()))
     if water > LEAKY or reach <= WALL:
@@ -130,27 +134,22 @@ def held_share(item: FreeSpace, shape: FreeSpace, reach: float) -> tuple[float, 
 
 
 def is_filled(basin: np.ndarray, seen: np.ndarray, reached: np.ndarray) -> bool:
-    """Return whether a sphere no longer comes to most of where water stands in an object.
+    """Return whether a sphere no longer reaches most of the water in an object.
 
     Parameters
     ----------
     basin : (X, Y, Z) bool
-        Where water stands.
+        Cells of the water.
     seen, reached : (X, Y, Z) bool
-        Where the middle of a sphere comes to in the object, and in the shape.
+        Cells that the centre of a sphere reaches in the object, and in the shape.
     """
     return bool(2 * (basin & reached).sum() < (basin & seen).sum())
 
 
-def space_of(grid: VoxelGrid, solid: Solid) -> FreeSpace:
-    """Return the free space around a shape."""
-    return FreeSpace(grid=grid, points=grid.cells(solid))
-
-
 MAP_CELLS = 160  # along the longer side of the footprint
-AROUND = 0.012  # of the extent: heights so near belong to one level, and no less than LEAST
+AROUND = 0.012  # of the extent, but at least LEAST: range of the heights of one level
 LEAST = 0.004  # metres
-SAME = 0.006  # of the extent: a height so near is the same, between SAME_LEAST and SAME_MOST
+SAME = 0.006  # of the extent, between SAME_LEAST and SAME_MOST: tolerance of equal heights
 SAME_LEAST, SAME_MOST = 0.002, 0.008  # metres
 
 
@@ -158,13 +157,13 @@ SAME_LEAST, SAME_MOST = 0.002, 0.008  # metres
 class CarryingLevel:
     """The level that carries most, seen from above."""
 
-    height: float  # metres over the ground
+    height: float  # metres above the ground
     area: float  # m2
     cells: np.ndarray  # (X, Y) bool
 
 
 def height_map(solid: Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the height (X, Y) of a shape over each cell of a footprint, minus infinity where there is none."""
+    """Return the height (X, Y) of a shape in each cell of a footprint; minus infinity in empty cells."""
     cell = cell_of(low, high)
     shape = np.ceil((high - low)[:2] / cell).astype(int) + 1
     points = dense_points(solid.vertices, solid.faces, 0.6 * cell)
@@ -174,12 +173,12 @@ def height_map(solid: Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def cell_of(low: np.ndarray, high: np.ndarray) -> float:
-    """Return the side of a cell of a footprint, metres."""
+    """Return the side of the cells of a footprint, metres."""
     return float((high - low)[:2].max()) / MAP_CELLS
 
 
 def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> CarryingLevel:
-    """Return the level that most of a height map (X, Y) lies at."""
+    """Return the level that contains most of a height map (X, Y)."""
     near = max(LEAST, AROUND * float((high - low).max()))
     known = np.sort(heights[np.isfinite(heights)])
     ends = np.searchsorted(known, known + 2 * near, side="right")
@@ -190,9 +189,9 @@ def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> Ca
 
 
 def level_kept(level: CarryingLevel, heights: np.ndarray, other: np.ndarray, extent: float) -> tuple[float, float]:
-    """Return the share of a level at which a shape's height map (X, Y) has the same height, and how much it is higher.
+    """Return the share of a level where the height map (X, Y) of a shape agrees, and by how much the shape is higher.
 
-    The same is what one of the nine cells around has, so that edges do not count by how they fall onto the cells.
+    A cell agrees if one of the nine cells around it does, so that the position of edges within cells does not matter.
     """
     same = float(np.clip(SAME * extent, SAME_LEAST, SAME_MOST))
     lowest, top = ndimage.minimum_filter(other, 3), ndimage.maximum_filter(other, 3)

@@ -1,4 +1,4 @@
-"""Spheres on a shape in the engine: where they come to rest, and what a step costs while they lie on it."""
+"""Spheres on a shape in the engine: where they come to rest, and the cost of a step while they lie on it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..clouds.cloud import Cloud
 from ..simulator import DropSettings
 from .solid import Solid, dense_points
 
-SPHERES, DROPS = 250, 600  # at most, of a run
+SPHERES, DROPS = 250, 600  # limits of a run
 IN_CONTACT = 50
 STEPS = 40  # that are timed, after as many that are not
-APART = 4, 2  # group and mask of spheres that meet what stands still, the engine's group 2, and not each other
-FEW = 4  # spheres: no more than that rest on an object by chance
-NEAR = 1.25  # radii: a sphere so near to one on the object is in its place
-DEEP = 0.8  # radii: a centre that is nearer than that to the object's surface has sunk in it
+APART = 4, 2  # collision group and mask of spheres that touch static bodies (the engine's group 2), but not each other
+FEW = 4  # with fewer spheres in the same place on the object itself, nothing can be concluded
+NEAR = 1.25  # radii: a sphere so near to one on the object is in the same place
+DEEP = 0.8  # radii: a sphere whose centre is nearer to the surface of the object has sunk into it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,11 +31,11 @@ class SettledSpheres:
 
     centers: np.ndarray  # (S, 3) metres
     on_object: np.ndarray  # (S,) bool
-    step_us: float  # of a time step with 50 of them in contact
+    step_us: float  # duration of a time step with 50 of them in contact
 
     @property
     def touching(self) -> np.ndarray:
-        """The centres (K, 3) of those that rest on the shape, not on other spheres alone."""
+        """The centres (K, 3) of the spheres that touch the shape."""
         return self.centers[self.on_object]
 
 
@@ -43,7 +43,7 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
     """Return a shape as the engine loads it, in radii."""
     return CollisionShape(
         name=solid.name,
-        kind="mesh",  # spheres that rest on it are held against its own surface alone
+        kind="mesh",  # spheres at rest are checked against the surface of the shape only
         vertices=solid.vertices / radius,
         faces=solid.faces.astype(np.int32),
         pieces=None if solid.pieces is None else tuple(piece / radius for piece in solid.pieces),
@@ -52,7 +52,7 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
 
 
 def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSpheres:
-    """Return where spheres come to rest on a shape, which are dropped over the footprint of its object's cloud."""
+    """Return where spheres come to rest on a shape if they are dropped over the footprint of its object's cloud."""
     simulator, shape = BulletSimulator(), engine_shape(solid, radius)
     settings = DropSettings(radius=radius, max_spheres=SPHERES, max_drops=DROPS)
     with World(simulator) as world:
@@ -65,10 +65,10 @@ def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSphe
 
 
 def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> float:
-    """Return the microseconds of a time step with 50 spheres on a shape, all awake.
+    """Return the duration in microseconds of a time step with 50 spheres on a shape, all awake.
 
-    The median of many, by the clock of the processor, so that other programs do not count. Where fewer lie on it, some
-    are put into one place twice; they do not touch each other.
+    It is the median of many, measured in processor time, so that other programs have no influence. If fewer spheres
+    rest on the shape, several are put in one place; they do not touch each other.
     """
     from ..bullet.engine import pybullet
 
@@ -90,14 +90,14 @@ def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ObjectRests:
-    """Where spheres rest on the object itself."""
+    """The resting places of spheres on the object itself."""
 
     rests: tuple[SettledSpheres, ...]  # by seeds 0, 1
     surface: cKDTree  # of dense points on it
     radius: float
 
     def matched(self, centers: np.ndarray) -> int:
-        """Return how many of some centres (S, 3) lie in the place of a sphere of the first seed."""
+        """Return the number of centres (S, 3) that are in the place of a sphere of the first seed."""
         first = self.rests[0].centers
         if not len(first) or not len(centers):
             return 0
@@ -105,27 +105,27 @@ class ObjectRests:
 
     @property
     def spread(self) -> float:
-        """What another seed keeps of the first's spheres."""
+        """Share of the spheres of the first seed whose places another seed finds."""
         return self.matched(self.rests[1].centers) / max(1, len(self.rests[0].centers))
 
     def kept(self, rest: SettledSpheres) -> float:
-        """Return the share of the spheres that rest on a shape in the places that they have on the object.
+        """Return the share of the spheres that rest in the same places on a shape as on the object.
 
-        Where none rests on the object, such as a round one, there is none to keep.
+        It is 1 if hardly any rest on the object, such as a round one.
         """
         expected = self.matched(self.rests[1].centers)
         return min(1.0, self.matched(rest.centers) / expected) if expected >= FEW else 1.0
 
     def deeper(self, rest: SettledSpheres) -> int:
-        """Return how many spheres on a shape have sunk into the object's surface."""
+        """Return the number of spheres on a shape that have sunk into the surface of the object."""
         return int((self.surface.query(rest.centers)[0] < DEEP * self.radius).sum()) if len(rest.centers) else 0
 
 
 def moved(seen: ObjectRests, rest: SettledSpheres, surface: cKDTree) -> float:
-    """Return how far resting places moved, metres: the mean of both directions.
+    """Return how far resting places have moved, metres.
 
-    How far each sphere that rests on the object is from touching the shape, and the reverse. The distance from one
-    set of spheres to the other would be that, and by how much two seeds differ.
+    It is the mean distance by which spheres at rest on the object miss the surface of the shape, and vice versa. The
+    distance between the two sets of spheres would also contain the difference between two seeds.
     """
     ways = [(seen.rests[0].touching, surface), (rest.touching, seen.surface)]
     gaps = [np.abs(tree.query(centers)[0] - seen.radius).mean() for centers, tree in ways if len(centers)]

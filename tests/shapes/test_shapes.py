@@ -15,9 +15,8 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
 from spherefunc_bullet.shapes.compared import candidate_rows
-from spherefunc_bullet.shapes.comparison import Subject, row_of
+from spherefunc_bullet.shapes.comparison import KeepCriteria, Subject, row_of
 from spherefunc_bullet.shapes.loaded import FileFrame, loaded
-from spherefunc_bullet.shapes.rows import KeepCriteria
 from spherefunc_bullet.shapes.solid import of_pieces, surface
 
 RADIUS, HEIGHT, WALL, BOTTOM, STAVES = 0.04, 0.09, 0.003, 0.004, 32

@@ -17,8 +17,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
 from spherefunc_bullet.formats.sources import joined_meshes
-from spherefunc_bullet.shapes.comparison import Subject, row_of
-from spherefunc_bullet.shapes.rows import KeepCriteria
+from spherefunc_bullet.shapes.comparison import KeepCriteria, Subject, row_of
 from spherefunc_bullet.shapes.solid import Solid, dense_points, hull_of, of_pieces, surface
 from spherefunc_bullet.shapes.spaces import WIDE
 
