@@ -1,7 +1,7 @@
-"""A dense grid of cells, in bricks of 4 x 4 x 4 of which there are only those that hold points.
+"""A sparse grid of cells, in bricks of 4 x 4 x 4 cells, which exist only if they contain points.
 
-Points lie on surfaces, so most bricks are none, and the cells around a point are near each other in memory: most of the
-time of a plain grid goes into memory that is touched for the first time.
+Points lie on surfaces, so most bricks do not exist, and the cells around a point are close to each other in memory; a
+plain grid would spend most of its time on memory that is touched for the first time.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ import numpy as np
 from ..processes.compilation import lean_njit
 
 COLUMNS = 2  # along each side of a cell
-ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # as powers of two: 2, 4, 16 and 64
-INSIDE = np.uint32(3)  # the bits of a cell's place within its brick, along one axis
+ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # exponents of two: 2, 4, 16 and 64
+INSIDE = np.uint32(3)  # the bits of a cell's position within its brick, along one axis
 
 
 @lean_njit(forceinline=True)
 def within(i, j, k):
-    """Return the place of a cell within its brick."""
+    """Return the index of a cell within its brick."""
     return ((i & INSIDE) << LINE) + ((j & INSIDE) << SIDE) + (k & INSIDE)
 
 
 @lean_njit(forceinline=True)
 def place_of(bricks, used, i, j, k):
-    """Return the place of a cell, its brick made if there is none, and how many bricks there are, the empty one too."""
+    """Return the index of a cell in ``contents`` and the number of bricks plus one; a missing brick is created."""
     brick = bricks[i >> SIDE, j >> SIDE, k >> SIDE]
     if brick == 0:
         brick = bricks[i >> SIDE, j >> SIDE, k >> SIDE] = used
@@ -35,14 +35,14 @@ def place_of(bricks, used, i, j, k):
 
 @lean_njit(forceinline=True)
 def stands_for(dx, dy, dz, squared, normal, aside):
-    """Return whether a kept point so far from another is near it, and in its plane, or no farther beside it."""
+    """Return whether a kept point at an offset from another is near it and near its plane, so can replace it."""
     across = abs(dx * normal[0] + dy * normal[1] + dz * normal[2])
     return (dx * dx + dy * dy + dz * dz < squared) & (across <= aside)
 
 
 @lean_njit(forceinline=True)
 def near_in_chain(kept, links, other, x, y, z, squared, normal, aside):
-    """Return whether a kept point of a cell stands for (x, y, z); each is followed by the one it links to."""
+    """Return whether one of the kept points of a cell, a linked list, can replace (x, y, z)."""
     while other > 0:
         dx, dy, dz = kept[other, 0] - x, kept[other, 1] - y, kept[other, 2] - z
         if stands_for(dx, dy, dz, squared, normal, aside):
@@ -53,22 +53,22 @@ def near_in_chain(kept, links, other, x, y, z, squared, normal, aside):
 
 @lean_njit(forceinline=True)
 def own_cell(offset):
-    """Return the cell of an offset in cells from the first whole one, before which there is one to spare."""
+    """Return the cell at an offset in cells; one spare cell precedes the grid."""
     return np.uint32(int(offset) + 1)
 
 
 @lean_njit(forceinline=True)
 def neighbour_brick(offset, offset_in_brick):
-    """Return the cell next to the own one of an offset on whose side it lies."""
+    """Return the neighbour of the cell at an offset that is nearer to it."""
     return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - offset_in_brick)
 
 
 @lean_njit(forceinline=True)
 def has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
-    """Return whether a kept point stands for (x, y, z), which lies this many cells from the grid's first whole one.
+    """Return whether a kept point can replace (x, y, z), at an offset (across, along, up) in cells.
 
-    Cells are two distances wide, so that the ball around a point touches at most two along each axis. The point's own
-    one is looked at first, since what is too near mostly is there.
+    Cells are two distances wide, so that the ball around a point touches at most two along each axis. The cell of the
+    point is searched first, since most points that are too near are there.
     """
     i, j, k = own_cell(across), own_cell(along), own_cell(up)
     for a in (i, neighbour_brick(across, i)):
@@ -82,18 +82,18 @@ def has_kept_point_near(bricks, contents, kept, links, x, y, z, across, along, u
 
 @lean_njit(cache=True)
 def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, bricks, contents, kept, links):
-    """Write the points that greedy thinning keeps; return how many.
+    """Write the points that greedy thinning keeps; return their number.
 
     Parameters
     ----------
     points, backwards : (N, 3) and (M, 3) float64
-        From ``low`` on, metres; after the first ones come the others, the last one first.
+        Metres, not below ``low``; the second ones follow the first in reverse order.
     normals, ends, aside
         See `thinning.Planes`.
     bricks, contents
-        As `empty_bricks` makes them, with a cell to spare on each side; a cell holds its last point.
-    kept, links : (N + M + 1, 4) float64 and the same as int64
-        Receives the kept points from row 1, each with the number of the one before it in its cell.
+        See `empty_bricks`; with a spare cell on each side. A cell contains its last point.
+    kept, links : (N + M + 1, 4) float64 and the same memory as int64
+        Receives the kept points from row 1, each with the number of the previous one in its cell.
     """
     used = count = ONE
     plane = 0
@@ -117,9 +117,10 @@ def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, brick
 
 @lean_njit(forceinline=True)
 def stands_above(point, other, per_metre):
-    """Return whether a point of a cell is kept rather than another: the highest in the first column that has points.
+    """Return whether a point of a cell is preferred to another: the highest one in the first column with points.
 
-    Columns are ordered in x, then y, points of one height too. The highest of the whole cell makes steps of a slope.
+    Columns, and points of equal height, are ordered by x, then y. The highest point of the whole cell would turn slopes
+    into steps.
     """
     per_metre *= COLUMNS
     (x, y, z), (tx, ty, tz) = point, other
@@ -130,22 +131,22 @@ def stands_above(point, other, per_metre):
 
 @lean_njit(cache=True)
 def top_in_bricks(points, per_metre, low, bricks, contents, top):
-    """Write of points (N, 3) the one of each cell that `stands_above` others, in the order of cells; return how many.
+    """Write the point of each cell that `stands_above` the others, cells in order of appearance; return their number.
 
-    Without questions, since whether a cell is new, or a point kept, cannot be foreseen: the row after the last one
-    comes after all points.
+    There are no branches, since the processor cannot predict whether a cell is new or a point is kept: the row after
+    the last one is infinite and loses against every point.
 
     Parameters
     ----------
     low : (3,) int64
         The first cell of the grid.
     bricks, contents
-        As `empty_bricks` makes them; a cell holds the number of its row, from 1.
+        See `empty_bricks`; a cell contains the number of its row, from 1.
     top : (N + 1, 3) float64
-        Receives them.
+        Receives the points.
     """
     used, count = ONE, np.uint32(0)
-    top[0, 0], top[0, 1], top[0, 2] = np.inf, 0.0, 0.0  # a row at once would load numba's functions of arrays
+    top[0, 0], top[0, 1], top[0, 2] = np.inf, 0.0, 0.0  # assigning a whole row would load numba's array functions
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         i = np.uint32(int(math.floor(x * per_metre)) - low[0])

@@ -18,13 +18,13 @@ from .orientation import Report, require_choices, require_size, to_metres, to_z_
 from .outline import corners_of
 
 MIN_POINTS = 10
-MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
+MAX_SAMPLES = 8_000_000  # of 110 square metres, whose sampling takes less than 2 GiB
 MAX_GAP = 0.005  # metres: the paper's half centimetre between a surface and its nearest sample
-PITCH = 0.0035  # metres: median distance between a mesh's samples along its surface, see `sampling`
-THINNED = 0.005  # metres: how dense meshes are sampled
+PITCH = 0.0035  # metres: median distance between samples along the surface of a mesh, see `sampling`
+THINNED = 0.005  # metres: smallest cell for thinning
 Derived = TypeVar("Derived")
-_SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent
-_ITSELF = object()  # what a cloud keeps of something derived from it that is the cloud itself
+_SPACING_POINTS = 2_000  # neighbour distances used for the median, whose error is then about one per cent
+_ITSELF = object()  # stored instead of a derived value that is the cloud itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Mesh:
 class Cloud:
     """Points of one object in metres, z up; as loaded, centred on the z axis and resting on z = 0.
 
-    Where the points sample a mesh, the cloud carries it for whoever can make use of one.
+    If the points sample a mesh, the cloud contains it as well.
 
     Raises
     ------
@@ -75,10 +75,10 @@ class Cloud:
         return cKDTree(self.points)
 
     def cached(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
-        """Return what ``derive`` makes of this cloud, made once and kept until the cloud is gone.
+        """Return the value of ``derive``, computed once and kept as long as the cloud exists.
 
-        It stays in this process: a cloud that is copied or sent to another process leaves it behind. Where ``derive``
-        returns the cloud itself, that is noted instead: a cloud that held itself would outlive its last use.
+        Copies of the cloud, also in other processes, do not contain it. If ``derive`` returns the cloud itself, only
+        that fact is stored, since a reference to itself would keep the cloud alive.
         """
         if what not in self._derived:
             derived = derive()
@@ -87,7 +87,7 @@ class Cloud:
         return self if kept is _ITSELF else kept
 
     def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
-        """Return `cached`, under its old name."""
+        """Return the value of `cached`; this is its old name."""
         warn_renamed("Cloud.once", "Cloud.cached")
         return self.cached(what, derive)
 
@@ -99,21 +99,21 @@ class Cloud:
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def thinned(self, side: float) -> np.ndarray:
-        """Return fewer points (M, 3): one in each cube whose side in metres is `THINNED` doubled, at most as asked.
+        """Return one point (M, 3) in each cube of the largest side, `THINNED` times a power of two, up to ``side``.
 
-        The same whatever order the points came in; all points where the side asked for is smaller than that.
+        The result does not depend on the order of the points. If ``side`` is smaller than `THINNED`, it is all points.
         """
         from .thinning import one_per_cell
 
         points, cell = self.points, THINNED
-        while cell <= side:  # each from the one before, which is shorter
+        while cell <= side:  # each level from the previous one, which has fewer points
             points = self.cached(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
             cell *= 2
         return points
 
     @property
     def spacing(self) -> float:
-        """Median distance from a point to its nearest neighbour, metres, over evenly chosen points."""
+        """Median distance from a point to its nearest neighbour, metres, over a regular choice of points."""
         step = max(1, len(self.points) // _SPACING_POINTS)
         return float(np.median(self.tree.query(self.points[::step], k=2)[0][:, 1]))
 
@@ -144,7 +144,7 @@ def placed(points: np.ndarray) -> np.ndarray:
 
 
 def centre_on_ground(points: np.ndarray) -> np.ndarray:
-    """Return the middle (3,) of the lower face of the bounding box of points (N, 3), metres."""
+    """Return the centre (3,) of the lower face of the bounding box of points (N, 3), metres."""
     low, high = corners_of(points)
     return np.array([low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]])
 
@@ -152,26 +152,26 @@ def centre_on_ground(points: np.ndarray) -> np.ndarray:
 def cloud_from_points(
     points: ArrayLike, name: str = "cloud", *, up: str = "z", units: str = "m", report: Report | None = None
 ) -> Cloud:
-    """Return a cloud of the points as they are, in number and order, only turned, scaled and moved to the ground.
+    """Return a cloud of points in their order, rotated, scaled and moved to the ground.
 
     Parameters
     ----------
     points : (N, 3) array_like, in ``units``, finite
     name : str
-        What error messages and results call it.
+        Name in error messages and results.
     up, units, report
         See `load_cloud`.
 
     Raises
     ------
     InputError
-        If the points are not (N, 3), not finite, fewer than 10, or of a size that the unit must be wrong for.
+        If the points are not (N, 3), not finite, fewer than 10, or of a size that only a wrong unit explains.
     """
     return cloud_of(Geometry(_require_points(points, name)), Path(name), up=up, units=units, report=report)
 
 
 def _require_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices that faces use and the faces, or raise InputError if they make no surface."""
+    """Return the vertices that faces use and the faces, or raise InputError if they form no surface."""
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or faces.ndim != 2 or faces.shape[1:] != (3,):
         shapes = f"{vertices.shape} and {faces.shape}"
@@ -185,21 +185,21 @@ def _require_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[np.
 
 
 def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *, max_gap: float = MAX_GAP) -> Cloud:
-    """Return a cloud that samples a mesh evenly, no surface location farther than ``max_gap`` from a point.
+    """Return a cloud that samples a mesh evenly, with no surface location farther than ``max_gap`` from a point.
 
     Parameters
     ----------
     vertices : (N, 3) array_like, metres, z up
     faces : (M, 3) array_like of int
     name : str
-        What error messages and results call it.
+        Name in error messages and results.
     max_gap : float, metres
         The paper's half centimetre.
 
     Raises
     ------
     InputError
-        If the mesh has no area, faces without vertices, or needs more than `MAX_SAMPLES`.
+        If the mesh has no area, refers to missing vertices, or needs more than `MAX_SAMPLES`.
     """
     from .sampling import needed_samples, sample_surface, surface_area
 
@@ -220,19 +220,15 @@ def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *
     return Cloud(points, name, Mesh(vertices + (points[0] - first), faces))
 
 
-def _without_gaps(points: np.ndarray, name: str, report: Report) -> np.ndarray:
-    """Return a sensor's points without those it did not see."""
+def _clean(geometry: Geometry, name: str, report: Report) -> Geometry:
+    """Return the vertices that faces use and the faces, or else the finite points."""
+    points = geometry.vertices
+    if len(geometry.faces):
+        return Geometry(*_require_mesh(points, geometry.faces, name))
     seen = np.isfinite(points).all(axis=1)
     if not seen.all():
         report(f"{name}: dropped {len(points) - int(seen.sum())} of {len(points)} points that are not finite")
-    return points[seen]
-
-
-def _clean(geometry: Geometry, name: str, report: Report) -> Geometry:
-    """Return the geometry that counts: the vertices that faces use, or the points that are finite."""
-    if len(geometry.faces):
-        return Geometry(*_require_mesh(geometry.vertices, geometry.faces, name))
-    return Geometry(_require_points(_without_gaps(geometry.vertices, name, report), name))
+    return Geometry(_require_points(points[seen], name))
 
 
 def load_cloud(
@@ -257,14 +253,14 @@ def load_cloud(
     units : {"m", "cm", "mm", "in", "auto"}
         The file's unit of length; ``auto`` guesses and reports the guess.
     max_gap : float, metres
-        The largest distance from a mesh's surface to its nearest sample.
+        The largest distance from the surface of a mesh to its nearest sample.
     report : callable, optional
-        Takes one line of text for each guess and for whatever looks odd; by default nothing is reported.
+        Receives one line of text for each guess and for whatever looks wrong; by default nothing is reported.
 
     Raises
     ------
     InputError
-        If the file cannot be used; the message is one line and begins with the file's name.
+        If the file cannot be used; the message is one line and starts with the file's name.
     """
     source = as_source(file)
     return cloud_of(read_geometry(source), source.path, up=up, units=units, max_gap=max_gap, report=report)
@@ -279,12 +275,12 @@ def cloud_of(
     max_gap: float = MAX_GAP,
     report: Report | None = None,
 ) -> Cloud:
-    """Return the cloud of what a file holds, or of what has never been one; see `load_cloud`.
+    """Return the cloud of a mesh or of points, from a file or not; see `load_cloud`.
 
     Parameters
     ----------
     path : Path
-        What error messages call it, by its name; its ending says which axis is up, if ``up`` leaves that to the file.
+        Its name is used in messages; its ending decides which axis is up, if ``up`` leaves that to the file.
     """
     report = report or (lambda line: None)
     require_choices(up, units)

@@ -1,6 +1,6 @@
-"""Clouds from whatever holds an object in Python: a path, an array, an Open3D or a trimesh object.
+"""Clouds from the representations of an object in Python: a path, an array, an Open3D or a trimesh object.
 
-Those libraries are recognised by what their objects have and never imported here.
+Objects of those libraries are recognised by their attributes; the libraries are never imported here.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ..formats.units import BY_FILE
 from .cloud import Cloud, cloud_of
 from .orientation import Report
 
-# What an object can be given as: a path, points, vertices and faces, an Open3D or a trimesh object, or a `Cloud`.
+# The representations of an object: a path, points, vertices and faces, an Open3D or a trimesh object, or a `Cloud`.
 Anything = Any
 EXPECTED = "a path, an array (N, 3), (vertices, faces), an Open3D or trimesh object, or a Cloud"
-BESIDE = (3, 4, 6, 7)  # columns of points: with intensity, with normals or colours, with colours and alpha
+BESIDE = (3, 4, 6, 7)  # number of columns: points only, with intensity, with normals or colours, with colours and alpha
 
 
 def as_cloud(
@@ -29,26 +29,26 @@ def as_cloud(
 ) -> Cloud:
     """Return the cloud of an object, in metres, z up, on the ground.
 
-    A `Cloud` passes through as it is: it has its units and its axes.
+    A `Cloud` is returned unchanged, since it is in metres with z up.
 
     Parameters
     ----------
     anything : path, array_like, tuple, open3d PointCloud or TriangleMesh, trimesh Trimesh, Scene or PointCloud, Cloud
         Points (N, 3), or (H, W, 3) as a depth camera orders them; further columns with intensity, normals or colours
-        are not read; a structured array with fields x, y and z, as ROS has it; a masked array; or a tuple of vertices
-        (N, 3) and faces (M, 3). Meshes are sampled. Points that are not finite, or masked, where a sensor saw nothing,
-        are left out and reported.
+        are ignored; a structured array with fields x, y and z, as in ROS; a masked array; or a tuple of vertices (N, 3)
+        and faces (M, 3). Meshes are sampled. Points that are masked or not finite, since the sensor measured nothing,
+        are dropped and reported.
     units, up
         See `load_cloud`.
     name : str, optional
-        What errors and results call it; by default the file's name, or ``cloud``.
+        Name in errors and results; by default the name of the file, or ``cloud``.
     report : callable, optional
-        Takes one line of text for whatever looks odd; by default `warnings.warn`.
+        Receives one line of text for whatever looks wrong; by default `warnings.warn`.
 
     Raises
     ------
     InputError
-        If it is none of these, cannot be used, or is of a size that the unit must be wrong for.
+        If it is none of these, cannot be used, or is of a size that only a wrong unit explains.
     """
     if isinstance(anything, Cloud):
         if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
@@ -59,26 +59,26 @@ def as_cloud(
 
 
 def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
-    """Return the clouds of several objects, which are in metres with z up, see `as_cloud`; errors number them."""
+    """Return the clouds of several objects in metres with z up, see `as_cloud`; errors name them by number."""
     if isinstance(objects, str | Path | Cloud):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
     return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
 
 
 def geometry_of(anything: Anything, name: str) -> Geometry:
-    """Return the vertices and triangles, or the points, of an object that is no `Cloud`, in its own frame and unit.
+    """Return the vertices and triangles, or the points, of an object that is not a `Cloud`, in its own frame and unit.
 
     Raises
     ------
     InputError
-        If there are none to be had.
+        If it has none.
     """
     if isinstance(anything, str | Path):
         return read_geometry(Path(anything).expanduser())
     if is_mesh_pair(anything):
         return Geometry(as_numbers(anything[0], name), np.asarray(anything[1], dtype=np.int64))
     held = anything
-    for flatten in ("to_legacy", "to_mesh"):  # Open3D's tensors, trimesh's scenes
+    for flatten in ("to_legacy", "to_mesh"):  # Open3D's tensor geometries, trimesh's scenes
         held = getattr(held, flatten)() if hasattr(held, flatten) and not hasattr(held, "faces") else held
     vertices = getattr(held, "vertices", getattr(held, "points", held))
     faces = getattr(held, "faces", getattr(held, "triangles", ()))
@@ -86,7 +86,7 @@ def geometry_of(anything: Anything, name: str) -> Geometry:
 
 
 def as_numbers(points: Anything, name: str) -> np.ndarray:
-    """Return points (N, 3) float64, NaN where they are masked, or raise InputError."""
+    """Return points (N, 3) float64, with NaN for masked ones, or raise InputError."""
     fields = getattr(getattr(points, "dtype", None), "names", None)
     if fields is not None:
         if not {"x", "y", "z"} <= set(fields):
@@ -101,7 +101,7 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
 
 
 def is_mesh_pair(anything: Anything) -> bool:
-    """Return whether something is a tuple of vertices (N, 3) and faces (M, 3), whole numbers."""
+    """Return whether something is a tuple of vertices (N, 3) and faces (M, 3) of integers."""
     if not isinstance(anything, tuple) or len(anything) != 2:
         return False
     vertices, faces = (getattr(part, "dtype", None) for part in anything)
@@ -112,7 +112,7 @@ def is_mesh_pair(anything: Anything) -> bool:
 def holds_several(anything: Anything) -> bool:
     """Return whether something is a list, a dict or a generator of objects rather than one.
 
-    Rows of numbers are one object's points, and a tuple of vertices and faces is one object's mesh.
+    Rows of numbers are the points of one object, and a tuple of vertices and faces is the mesh of one object.
     """
     if isinstance(anything, Mapping | Iterator):
         return True
@@ -123,5 +123,5 @@ def holds_several(anything: Anything) -> bool:
 
 
 def warn(line: str):
-    """Warn of what looks odd."""
+    """Issue a warning."""
     warnings.warn(line, UserWarning, stacklevel=4)

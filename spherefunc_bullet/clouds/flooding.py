@@ -1,8 +1,8 @@
-"""Where spheres stand in an object as water would: cells for their centres, flooded from outside in order of height.
+"""Basins: where spheres stay in an object as water would; cells of their centres, flooded in order of height.
 
-A centre stays in its cell if every way out of it rises. Walls are as thick as the sphere's radius here, so a hole that
-no sphere fits through holds them, and a wider one lets out what lies above it. The flood is that of digital elevation
-models, in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
+A centre stays in its cell if every way out rises. Walls are thickened by the radius of the sphere, so holes that no
+sphere fits through are closed, and wider ones drain what lies above them. The algorithm is the priority-flood of
+digital elevation models in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ from ..processes.compilation import njit
 from .links import flood_links
 from .sampling import sample_surface
 
-CELL = 0.2  # radii: a rim of a third of the radius is seen
-MOST_CELLS = 96  # along the largest extent; then cells are larger
-SHRUNK = 0.95  # radii: what lets a smaller sphere through is a hole; cells are no points
-DENSE = 0.35  # of a cell, or of the shrunk radius if that is more: the largest gap between samples of the surface
+CELL = 0.2  # radii: resolves a rim of a third of the radius
+MOST_CELLS = 96  # along the largest extent; larger objects have larger cells
+SHRUNK = 0.95  # radii: size of the sphere that must not fit through a hole, since cells are not points
+DENSE = 0.35  # of a cell or, if larger, of the shrunk radius: the largest gap between samples of the surface
 
 
 @dataclass(frozen=True, eq=False)
 class Basin:
-    """The largest body of spheres that can stand in an object, as the cells of their centres."""
+    """The largest body of spheres that can stay in an object, as the cells of their centres."""
 
     origin: np.ndarray  # (3,) lower corner of the cells, in the units of the surface
     cell: float
-    cells: np.ndarray  # (X, Y, Z) bool: a centre in them cannot leave without rising, but for a cell's width
-    fullness: float  # their share of what there would be if the walls had no holes, 0 to 1
+    cells: np.ndarray  # (X, Y, Z) bool: a centre in them cannot leave without rising, up to the width of a cell
+    fullness: float  # their number relative to that if the walls had no holes, 0 to 1
 
     def held(self) -> np.ndarray:
-        """Return the cells (X, Y, Z) bool without those that were added beside them."""
+        """Return the cells (X, Y, Z) bool without the layer that was added around them."""
         return ndimage.binary_erosion(self.cells)
 
     def holds(self, centers: np.ndarray) -> np.ndarray:
-        """Return which centres (N, 3) are in the basin, (N,) bool."""
+        """Return whether each centre (N, 3) is in the basin, (N,) bool."""
         return self.known_of(self.cells, centers)
 
     def known_of(self, known: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return what is known of the cells (X, Y, Z) bool in which points (N, 3) are; over the highest as of that."""
+        """Return the values of cells (X, Y, Z) bool at points (N, 3); above the grid, those of the highest cells."""
         index = np.floor((points - self.origin) / self.cell).astype(int)
         index[:, 2] = np.minimum(index[:, 2], known.shape[2] - 1)
         inside = ((index >= 0) & (index < known.shape)).all(axis=1)
@@ -54,13 +54,13 @@ class Basin:
         return float(layers[: max(0, round((height - self.origin[2]) / self.cell))].sum() / max(1, layers.sum()))
 
     def over(self, slack: float) -> np.ndarray:
-        """Return the cells (X, Y, Z) bool of the basin, of what is above it, and of what is nearer than a slack."""
+        """Return the cells (X, Y, Z) bool of the basin, those above it, and all within a distance of these."""
         above = np.logical_or.accumulate(self.cells, axis=2)
         return ndimage.binary_dilation(above, iterations=max(1, round(slack / self.cell)))
 
 
 def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float, most_cells: int = MOST_CELLS) -> Basin:
-    """Return the basin of a surface for spheres of a radius; without cells where none can stand.
+    """Return the basin of a surface for spheres of a radius; it has no cells if no sphere can stay.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float, most_cells:
         return Basin(origin, cell, standing, 0.0)
     largest = bodies == 1 + np.bincount(bodies.ravel())[1:].argmax()
     held = standing & largest
-    # Spheres at rest lie a little within the surface, so the cells beside the basin count as well.
+    # Spheres at rest overlap slightly with the surface, so the cells around the basin count as well.
     return Basin(origin, cell, ndimage.binary_dilation(held), float(held.sum() / largest.sum()))
 
 
@@ -102,7 +102,7 @@ def standing_in(solid: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def thicken(points, reach, solid):
-    """Mark the cells whose middle is nearer than ``reach`` to a point, and those that hold one; all in cells."""
+    """Mark the cells whose centre is nearer than ``reach`` to a point, and those that contain one; all in cells."""
     squared = reach * reach
     sizes = solid.shape
     for n in range(len(points)):

@@ -1,4 +1,4 @@
-"""Cells of space linked with their neighbours where no surface lies between, and floods along these links."""
+"""Links between neighbouring cells of space with no surface between them, and floods along these links."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from ..processes.compilation import lean_njit
 
 @lean_njit(cache=True, error_model="numpy")
 def cut_links(triangles, cuts):
-    """Mark the links between middles of neighbours that triangles (T, 3, 3), in cells, cross: bits of x, y and z.
+    """Mark the links between the centres of neighbours that triangles (T, 3, 3), in cells, cross: bits of x, y and z.
 
-    The bit of an axis is kept in the lower of the two cells.
+    The bit of an axis is stored in the lower of the two cells.
     """
     sizes = cuts.shape
     for t in range(len(triangles)):
@@ -65,9 +65,9 @@ def beyond(cuts, i, j, k, side):
 
 @lean_njit(cache=True, error_model="numpy")
 def flood_links(cuts, solid, levels, links, heads):
-    """Write the least height, in layers, over which each free cell is reached from the first one; -1 where it is not.
+    """Write the lowest height, in layers, over which each free cell can be reached from the first one; -1 if it cannot.
 
-    The outermost cells are free, so that the first stands for all of them.
+    The outermost cells must be free, so that the first one represents all of them.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def flood_links(cuts, solid, levels, links, heads):
     levels : (X, Y, Z) int32
         All -1; receives the heights.
     links : (X * Y * Z,) int64
-        Scratch, all -1: the next cell that waits at the same height.
+        Scratch, all -1: the next waiting cell at the same height.
     heads : (Z,) int64
-        Scratch, all -1: the first cell that waits at each height.
+        Scratch, all -1: the first waiting cell at each height.
     """
     nx, ny, nz = cuts.shape
     levels[0, 0, 0], heads[0] = 0, 0
@@ -100,7 +100,7 @@ def flood_links(cuts, solid, levels, links, heads):
 
 @lean_njit(cache=True, error_model="numpy")
 def label_links(cuts, wet, labels, stack):
-    """Number the bodies of wet cells that are linked, from 1; return how many there are."""
+    """Number the bodies of linked wet cells, from 1; return their number."""
     nx, ny, nz = cuts.shape
     count = 0
     for start in range(wet.size):

@@ -1,7 +1,7 @@
-"""Clouds of which a sensor saw one side, so that spheres find no hold: recognised, and completed.
+"""Single views: clouds of which a sensor saw one side only, so that no spheres settle; recognition and completion.
 
-What completes them is found through the entry-point group ``spherefunc.completions``: a function of a cloud's points
-(N, 3) in metres, z up, on the ground, that returns as many points and more.
+Completions are found through the entry-point group ``spherefunc.completions``: functions of the points (N, 3) of a
+cloud, in metres, z up, on the ground, that return these points and more.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from .cloud import Cloud, placed
 
 GROUP = "spherefunc.completions"
-_SQUARE, _SPACINGS = 0.005, 1.5  # metres, and of the points: side of the squares that an underside is looked for in
-_LOW, _LOW_SHARE = 0.015, 0.1  # metres, and of the height: what is no higher is of the underside
-_UNDERSIDE = 0.5  # of the outline's area, from which on an object's underside was seen
+_SQUARE, _SPACINGS = 0.005, 1.5  # metres, and in spacings of the points: smallest side of the squares of an underside
+_LOW, _LOW_SHARE = 0.015, 0.1  # metres, and of the height: lower points belong to the underside
+_UNDERSIDE = 0.5  # of the area of the outline: with less, the underside was not seen
 
 
 def looks_like_one_view(cloud: Cloud) -> bool:
-    """Return whether a cloud is points alone, and little of the ground within its outline has points."""
+    """Return whether a cloud has no mesh, and few points on the ground within its outline."""
     from scipy.spatial import ConvexHull, QhullError
 
     if cloud.mesh is not None:
@@ -35,6 +35,6 @@ def looks_like_one_view(cloud: Cloud) -> bool:
 
 
 def completed_clouds(cloud: Cloud) -> Iterator[Cloud]:
-    """Yield a cloud completed in each way that is installed."""
+    """Yield the cloud completed by each installed completion."""
     for point in entry_points(group=GROUP):
         yield Cloud(placed(point.load()(cloud.points)), cloud.name)

@@ -1,4 +1,4 @@
-"""Axes and units: from a file's own to metres with z up."""
+"""Axes and units: conversion from those of a file to metres with z up."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..formats.units import BY_FILE, METRES, format_length
 Report = Callable[[str], None]
 UPS = ("z", "-z", "y", "-y", "x", "-x", "auto", BY_FILE)
 UNITS = (*METRES, "auto")
-MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: beyond, the unit must be wrong
-ODD_EXTENTS = (0.02, 20.0)  # metres: outside, it may be
+MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: outside this range the unit must be wrong
+ODD_EXTENTS = (0.02, 20.0)  # metres: outside this range the unit may be wrong
 _Y_UP = (".glb", ".gltf")  # by their standard
-STRAY, ALONE = 0.02, 100.0  # share of points at either end, and how many times wider these make it, if they are stray
+STRAY, ALONE = 0.02, 100.0  # share of points at each end that may be stray, and by what factor they widen the object
 LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
 _TRIED_UNITS = ("m", "mm", "cm", "in")  # the first that is likely wins
-# How much more safely an object must stand with y up for z to give way. On the 382 clear models of the
-# development set, 0.05 leaves 93 % of those with z up as they are and turns 83 % of those with y up.
+# By how much an object must stand more safely with y up than with z up. On the 382 clear models of the
+# development set, 0.05 keeps 93 % of those with z up unchanged and rotates 83 % of those with y up.
 _CLEARLY = 0.05
-_TURNS = {  # which axes become x, y and z, and their signs: turned, never mirrored
+_TURNS = {  # the axes that become x, y and z, and their signs: rotated, never mirrored
     "z": ((0, 1, 2), (1, 1, 1)),
     "-z": ((0, 1, 2), (1, -1, -1)),
     "y": ((0, 2, 1), (1, -1, 1)),
@@ -31,18 +31,18 @@ _TURNS = {  # which axes become x, y and z, and their signs: turned, never mirro
     "x": ((1, 2, 0), (1, 1, 1)),
     "-x": ((1, 2, 0), (-1, 1, -1)),
 }
-_TOUCHING = 0.02  # of the largest extent: points this low count as touching the ground
+_TOUCHING = 0.02  # of the largest extent: lower points count as touching the ground
 
 
 def require_choices(up: str, units: str) -> None:
-    """Raise InputError for an axis or a unit that is none."""
+    """Raise InputError for an unknown axis or unit."""
     for option, value, choices in (("up", up, UPS), ("units", units, UNITS)):
         if value not in choices:
             raise InputError(f'{option}="{value}": expected one of {", ".join(choices)}')
 
 
 def turned_up(points: np.ndarray, up: str) -> np.ndarray:
-    """Return points turned, not mirrored, so that the axis ``up`` becomes z.
+    """Return points rotated so that the axis ``up`` becomes z.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ def turned_up(points: np.ndarray, up: str) -> np.ndarray:
 
 
 def likely_up(geometry: Geometry) -> tuple[str, str]:
-    """Return "z" or "y", whichever an object stands on more safely, and the reason; in doubt z.
+    """Return "z" or "y", whichever direction lets an object stand more safely, and the reason; if in doubt, z.
 
-    X is never guessed: hardly any program writes it, and every axis more is one more to be wrong about.
+    X is never guessed: hardly any program writes it, and every further axis is another possible mistake.
     """
     margins = {up: standing_margin(turned_up(geometry.vertices, up), geometry.faces) for up in "zy"}
     if margins["y"] > max(margins["z"], 0.0) + _CLEARLY:
@@ -70,7 +70,7 @@ def likely_up(geometry: Geometry) -> tuple[str, str]:
 
 
 def promised_up(path: Path) -> str:
-    """Return the axis that points up in a file of this ending, as its format has it.
+    """Return the axis that points up in the format of a file, by its ending.
 
     Examples
     --------
@@ -86,12 +86,11 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
     Parameters
     ----------
     geometry : Geometry
-        As read.
     up : one of `UPS`
     path : Path
-        Where it comes from: the endings .glb and .gltf promise y up.
+        Its source: by their standard, .glb and .gltf files are y up.
     report : callable
-        Takes one line of text.
+        Receives one line of text.
     """
     name, promised = one_line(path.name), promised_up(path)
     if up == "auto":
@@ -105,9 +104,9 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
 
 
 def likely_unit(extent: float) -> str:
-    """Return the unit in which the largest extent is that of a household object.
+    """Return the unit in which a largest extent is typical of a household object.
 
-    Metres win if they are likely (5 cm to 3 m); then mm, cm, in; then whichever comes nearest.
+    The first unit of m, mm, cm and in that gives 5 cm to 3 m; if none does, the one that comes nearest.
 
     Examples
     --------
@@ -140,7 +139,7 @@ def _rounded(metres: float) -> str:
 
 
 def require_size(points: np.ndarray, name: str, report: Report) -> None:
-    """Raise InputError for points, (N, 3) in metres, of impossible size; report an odd one."""
+    """Raise InputError for points (N, 3), metres, of impossible size; report an unlikely size."""
     with np.errstate(over="ignore"):
         extent = float(np.ptp(points, axis=0).max())
     if not MIN_EXTENT <= extent <= MAX_EXTENT:
@@ -151,7 +150,7 @@ def require_size(points: np.ndarray, name: str, report: Report) -> None:
 
 
 def stray_points(points: np.ndarray, extent: float) -> str:
-    """Return how wide points (N, 3) are of an impossible size, and whether few of them make it so, or the unit."""
+    """Return a description of an impossible size of points (N, 3), and whether stray points or the unit explain it."""
     low, high = np.quantile(points, [STRAY, 1 - STRAY], axis=0)
     most = float((high - low).max())
     if not MIN_EXTENT <= most <= extent / ALONE:
@@ -162,7 +161,7 @@ def stray_points(points: np.ndarray, extent: float) -> str:
 
 
 def unit_question(extent: float) -> str:
-    """Return how wide something is that is of an odd size in metres, and the unit that would explain it.
+    """Return an unlikely size in metres as text, with the unit that would explain it.
 
     Examples
     --------
@@ -179,7 +178,7 @@ def unit_question(extent: float) -> str:
 
 
 def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the centre of a surface, or of points without faces, (3,)."""
+    """Return the centroid (3,) of a surface, or of points if there are no faces."""
     if not len(faces):
         return vertices.mean(axis=0)
     corners = vertices[faces]
@@ -188,19 +187,19 @@ def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def standing_margin(vertices: np.ndarray, faces: np.ndarray) -> float:
-    """Return how far inside its support polygon an object's centroid lies, over its footprint's side.
+    """Return the distance of the centroid inside the support polygon, relative to the side of the footprint.
 
     The support polygon is the convex hull, seen from above, of the points that touch the ground.
 
     Parameters
     ----------
     vertices : (N, 3) float64, z up
-    faces : (M, 3) int64; none for a cloud
+    faces : (M, 3) int64; empty for a cloud
 
     Returns
     -------
     float
-        Below zero if the object would tip over; minus infinity if it touches the ground in a line or a point.
+        Negative if the object would tip over; minus infinity if it touches the ground in a line or a point.
     """
     from scipy.spatial import ConvexHull, QhullError
 

@@ -1,12 +1,12 @@
-"""Outlines: the box around points and their convex outline, and the free borders and sharp edges of a mesh."""
+"""Outlines: the bounding box and convex hull of points, and the free borders and sharp edges of a mesh."""
 
 from __future__ import annotations
 
 import numpy as np
 
-_STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are on one line but for rounding
-_INSIDE = 1e-6  # square metres between a side and a point that is well within: rounding never reaches so far
-_FLAT = np.cos(np.radians(30.0))  # two faces that bend less than this belong to one smooth surface
+_STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are collinear up to rounding
+_INSIDE = 1e-6  # square metres between a side and a point well inside; rounding errors are smaller
+_FLAT = np.cos(np.radians(30.0))  # two faces at a smaller angle belong to one smooth surface
 
 
 def corners_of(points: np.ndarray) -> np.ndarray:
@@ -15,9 +15,9 @@ def corners_of(points: np.ndarray) -> np.ndarray:
 
 
 def well_within(points: np.ndarray) -> np.ndarray:
-    """Return which points (N, 2) lie within the farthest ones in eight directions, (N,) bool (Akl, Toussaint, 1978)."""
+    """Return which points (N, 2) lie inside the octagon of the extreme ones, (N,) bool (Akl and Toussaint, 1978)."""
     x, y = points.T
-    turning = (x, x + y, y, y - x)  # a quarter of a turn ahead each, then the same backwards
+    turning = (x, x + y, y, y - x)  # four of the eight directions; the others are their opposites
     ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
     within = np.ones(len(points), bool)
     for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
@@ -27,9 +27,9 @@ def well_within(points: np.ndarray) -> np.ndarray:
 
 
 def convex_outline(points: np.ndarray) -> np.ndarray:
-    """Return the corners (K, 2) of the convex hull of points (N, 2), metres, counterclockwise; fewer than 3 of a line.
+    """Return the corners (K, 2) of the convex hull of points (N, 2), metres, counterclockwise; fewer than 3 for a line.
 
-    SciPy's hull has the same corners, and takes longer to load than most answers do.
+    SciPy's hull has the same corners, but loading it takes longer than most classifications.
     """
     ends = points[[np.argmin(points[:, 0]), np.argmax(points[:, 0])]]
     corners = np.array([ends[0], *beyond(points, *ends), ends[1], *beyond(points, *ends[::-1])])
@@ -38,12 +38,12 @@ def convex_outline(points: np.ndarray) -> np.ndarray:
         straight = np.flatnonzero(behind[:, 0] * before[:, 1] - behind[:, 1] * before[:, 0] <= _STRAIGHT)
         if not len(straight):
             break
-        corners = np.delete(corners, straight[0], axis=0)  # one at a time: of two in one place the other is a corner
+        corners = np.delete(corners, straight[0], axis=0)  # one at a time: of two equal corners the other one stays
     return corners
 
 
 def beyond(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Return the corners of the hull right of a line, from its start on, among points (N, 2) (quickhull, Eddy 1977)."""
+    """Return the corners of the hull to the right of a line, in order, among points (N, 2) (quickhull, Eddy 1977)."""
     (x, y), (along_x, along_y) = points.T, end - start
     area = along_y * (x - start[0]) - along_x * (y - start[1])
     outside = area > _STRAIGHT
@@ -77,7 +77,7 @@ def merge_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray,
 
 
 def _sideways(start: np.ndarray, end: np.ndarray, apex: np.ndarray) -> np.ndarray:
-    """Return (E, 3) unit directions across the faces, from an edge at right angles to the third corner."""
+    """Return the unit vectors (E, 3) from each edge, at right angles to it, to the third corner of the face."""
     along, across = end - start, apex - start
     share = np.einsum("ex,ex->e", across, along) / np.maximum(np.einsum("ex,ex->e", along, along), 1e-300)
     across = across - along * share[:, None]
@@ -87,8 +87,8 @@ def _sideways(start: np.ndarray, end: np.ndarray, apex: np.ndarray) -> np.ndarra
 def outline_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return the free and sharp edges of a mesh whose equal vertices are merged.
 
-    An edge is smooth when its faces lie on both sides of it and in one plane, whatever their winding and
-    however often a sheet is doubled.
+    An edge is smooth if its faces lie on both sides of it in one plane, whatever their winding, and even if faces are
+    duplicated.
 
     Parameters
     ----------

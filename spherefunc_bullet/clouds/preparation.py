@@ -1,10 +1,10 @@
-"""Objects as spheres are to meet them: standing level, without gaps between sparse points, turned to their heading.
+"""Preparation of objects for drops: levelled, with gaps between sparse points filled, and rotated to their heading.
 
-An object comes to rest on the facet of its hull that its weight acts through; where its feet were not seen, its own
-level surfaces say what is level. Either is believed only where it makes the object's heights fall together more than
-they do as it stands, so that what is level already stays as it is, bit for bit. The heading lies along the narrowest
-rectangle around the footprint, so that turning an object about the vertical does not change
-where spheres are dropped.
+An object comes to rest on the facet of its hull through which its weight acts; if its feet were not seen, its own level
+surfaces define what is level. Either is used only if it concentrates the object's heights more than its given
+orientation does, so that an object that is already level stays unchanged, bit for bit. The heading is that of the
+narrowest rectangle around the footprint, so that rotating an object about the vertical does not change where spheres
+are dropped.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ from .outline import convex_outline, corners_of, well_within
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-ASKEW_DEG = 10.0  # at most
-LEVEL_DEG = 0.5  # below, it counts as level
-SAFE = 0.01  # of the extent: how far its weight acts within its feet
-DIRECTIONS = np.arange(64) * 2 * np.pi / 64  # in which feet reach beyond it: a circle's chords are a thousandth short
-COLUMNS = 64  # across the footprint, of each of which the lowest point may be a foot
-SOME = 4000  # points whose heights are looked at
-BINS = 100  # of the largest extent
-FEET = (12, 0.002)  # points at least, within so much of the extent: where an object surely rests on what it has
-SHARPER = (1.1, 1.3)  # times as much together must heights fall: on feet that are not sure, by its surfaces alone
+ASKEW_DEG = 10.0  # largest tilt that is corrected
+LEVEL_DEG = 0.5  # a smaller tilt counts as level
+SAFE = 0.01  # of the extent: how far inside its feet the weight of a standing object acts
+DIRECTIONS = np.arange(64) * 2 * np.pi / 64  # in which the reach of feet is measured, to a thousandth of a circle
+COLUMNS = 64  # across the footprint; the lowest point of each may be a foot
+SOME = 4000  # points whose heights are compared
+BINS = 100  # of heights, over the largest extent
+FEET = (12, 0.002)  # number of points, and range of their heights relative to the extent, of reliable feet
+SHARPER = (1.1, 1.3)  # required gain in concentration of heights: with unreliable feet, and by surfaces only
 STEPS = (2.5, 0.5)  # degrees
-PITCH = 0.004  # metres between points that fill: as far apart as a mesh's samples
-SPARSE = 0.0075  # metres to the sixth neighbour: of a mesh's samples it is 4 to 6 mm away
-MANY = 15_000  # points: of more, spheres that are dropped on furniture find no gap, and filling would take seconds
-LOOKED_AT = 1_000  # points that tell
-NEIGHBORS = 6, 9  # that tell how sparse it is; among which triangles are looked for
-REACH = 1.3, 0.02  # radius of a triangle's circle: times the distance of the sixth neighbour, at most, metres
-SQUARE = 0.005  # radians off an axis that count as along it: such an object stays as it is, bit for bit
-EDGES = 24  # of the outline, the longest: one of them lies along the narrowest rectangle, or it hardly matters which
-LONGER = 1.02  # times the other side, so that the longer one is known
+PITCH = 0.004  # metres between filling points, as between the samples of a mesh
+SPARSE = 0.0075  # metres to the sixth neighbour; for the samples of a mesh it is 4 to 6 mm
+MANY = 15_000  # points: denser clouds of furniture have no gaps for spheres, and filling would take seconds
+LOOKED_AT = 1_000  # points by which sparseness is measured
+NEIGHBORS = 6, 9  # neighbour by which sparseness is measured; number of neighbours for triangles
+REACH = 1.3, 0.02  # largest circumradius of a triangle: in distances of the sixth neighbour, and in metres
+SQUARE = 0.005  # radians: an object so near to an axis stays unchanged, bit for bit
+EDGES = 24  # longest edges of the outline; the narrowest rectangle lies along one of them, or nearly so
+LONGER = 1.02  # ratio of the sides of a footprint from which on one is the longer
 
 
 def prepare(cloud: Cloud) -> Cloud:
-    """Return an object ready for spheres to be dropped on; one that is level and dense, as most are, is itself."""
+    """Return an object ready for drops; an object that is level and dense, as most are, is returned unchanged."""
     return cloud.cached("prepared", lambda: filled(levelled(cloud)))
 
 
 def levelled(cloud: Cloud) -> Cloud:
-    """Return an object that stands level, turned by at most ten degrees, or itself where it does as it is."""
+    """Return an object rotated by at most ten degrees so that it stands level, or unchanged if it already does."""
     if stands_on_feet(cloud):
         return cloud
     rotation = upright_rotation(cloud)
@@ -54,20 +54,20 @@ def levelled(cloud: Cloud) -> Cloud:
 
 
 def stands_on_feet(cloud: Cloud) -> bool:
-    """Return whether points within half a degree of the ground surround an object's middle."""
+    """Return whether points within half a degree of the ground surround the centre of an object."""
     points, extent = cloud.points, float(cloud.size.max())
     feet = points[points[:, 2] < cloud.bounds[0, 2] + np.tan(np.radians(LEVEL_DEG)) * extent, :2]
     return reach_around(feet, cloud) > SAFE * extent
 
 
 def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
-    """Return how far feet (N, 2) reach beyond an object's middle where they reach least, metres."""
+    """Return how far feet (N, 2) reach beyond the centre of an object in the least favourable direction, metres."""
     around = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
     return float(((feet - cloud.points[:, :2].mean(axis=0)) @ around).max(axis=0).min())
 
 
 def upright_rotation(cloud: Cloud) -> np.ndarray | None:
-    """Return the rotation (3, 3) that makes an object level, None where there is none that does."""
+    """Return the rotation (3, 3) that makes an object level; None if there is none."""
     some = cloud.points[:: max(1, len(cloud) // SOME)]
     extent = float(cloud.size.max())
     before = sharpness(some, np.array([0.0, 0.0, 1.0]), extent)
@@ -77,14 +77,14 @@ def upright_rotation(cloud: Cloud) -> np.ndarray | None:
     ):
         return rotation_to_z(foot)
     best = sharpest(some, extent)
-    if best[2] < np.cos(np.radians(ASKEW_DEG - STEPS[1])):  # it leans farther than is looked at
+    if best[2] < np.cos(np.radians(ASKEW_DEG - STEPS[1])):  # at the limit of the search
         return None
     return rotation_to_z(best) if sharpness(some, best, extent) > SHARPER[1] * before else None
 
 
 def resting_direction(cloud: Cloud) -> np.ndarray | None:
     """Return the direction (3,) that points up when an object has come to rest; None beyond ten degrees."""
-    from scipy.spatial import ConvexHull, QhullError  # takes longer to load than most answers
+    from scipy.spatial import ConvexHull, QhullError  # loading it takes longer than most classifications
 
     low = lowest_of_columns(cloud)
     middle = cloud.points[:: max(1, len(cloud) // SOME)].mean(axis=0)
@@ -104,13 +104,13 @@ def resting_direction(cloud: Cloud) -> np.ndarray | None:
 
 
 def surely_rests(heights: np.ndarray, cloud: Cloud, extent: float) -> bool:
-    """Return whether enough points lie on the ground by their heights (N,), around an object's middle."""
+    """Return whether enough points, by their heights (N,), are on the ground around the centre of an object."""
     feet = cloud.points[heights < heights.min() + FEET[1] * extent, :2]
     return len(feet) >= FEET[0] and reach_around(feet, cloud) > SAFE * extent
 
 
 def lowest_of_columns(cloud: Cloud) -> np.ndarray:
-    """Return the lowest point of each column over the ground, (C, 3)."""
+    """Return the lowest points of each column above the ground, (C, 3)."""
     low, side = cloud.bounds[0, :2], max(float(cloud.size[:2].max()), 1e-9) / COLUMNS
     column = np.floor((cloud.points[:, :2] - low) / side).astype(np.int64) @ [COLUMNS + 1, 1]
     lowest = np.full((COLUMNS + 1) ** 2, np.inf)
@@ -119,14 +119,14 @@ def lowest_of_columns(cloud: Cloud) -> np.ndarray:
 
 
 def sharpness(points: np.ndarray, up: np.ndarray, extent: float) -> float:
-    """Return how much the heights of points (N, 3) along a direction fall together, as share of pairs."""
+    """Return how concentrated the heights of points (N, 3) along a direction are, as a share of pairs."""
     heights = points @ up
     counts = np.bincount(np.floor((heights - heights.min()) / (extent / BINS)).astype(np.int64)) / len(points)
     return float((np.convolve(counts, [1, 1]) ** 2).sum())
 
 
 def sharpest(points: np.ndarray, extent: float) -> np.ndarray:
-    """Return the direction (3,) within ten degrees of z along which heights fall together most."""
+    """Return the direction (3,) within ten degrees of z along which heights are most concentrated."""
     best, reach = np.zeros(2), ASKEW_DEG
     for step in STEPS:
         offsets = np.arange(-reach, reach + step / 2, step)
@@ -137,20 +137,20 @@ def sharpest(points: np.ndarray, extent: float) -> np.ndarray:
 
 
 def direction(tilt_deg: np.ndarray) -> np.ndarray:
-    """Return the unit vector (3,) tilted from z by an angle along x and y, degrees."""
+    """Return the unit vector (3,) tilted from z by angles towards x and y, degrees."""
     vector = np.array([*np.tan(np.radians(tilt_deg)), 1.0])
     return vector / np.linalg.norm(vector)
 
 
 def rotation_to_z(up: np.ndarray) -> np.ndarray:
-    """Return the least rotation (3, 3) that takes a unit vector (3,) near z to z."""
+    """Return the smallest rotation (3, 3) that takes a unit vector (3,) near z to z."""
     x, y, z = up
     share = 1 / (1 + z)
     return np.array([[1 - x * x * share, -x * y * share, -x], [-x * y * share, 1 - y * y * share, -y], [x, y, z]])
 
 
 def rotated_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
-    """Return a cloud and its mesh rotated (3, 3) and put on the ground."""
+    """Return a cloud, with its mesh, rotated by (3, 3) and moved to the ground."""
     points = cloud.points @ rotation.T
     shift = centre_on_ground(points)
     mesh = cloud.mesh and Mesh(cloud.mesh.vertices @ rotation.T - shift, cloud.mesh.faces)
@@ -158,17 +158,17 @@ def rotated_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
 
 
 def filled(cloud: Cloud) -> Cloud:
-    """Return a cloud whose gaps between neighbouring points are filled, itself where it is dense or has a mesh.
+    """Return a cloud with the gaps between neighbouring points filled, unchanged if it is dense or has a mesh.
 
-    Triangles of neighbours are filled whose circle is small against how far points are apart, and never as large as an
-    object's mouth. The order of the points does not matter.
+    Triangles of neighbours are filled if their circumcircle is small compared to the distances between points, and
+    smaller than the opening of a vessel. The order of the points does not matter.
     """
     if cloud.mesh is not None or not NEIGHBORS[1] < len(cloud) <= MANY:
         return cloud
     some = cloud.points[:: max(1, len(cloud) // LOOKED_AT)]
     if np.median(cloud.tree.query(some, NEIGHBORS[0] + 1)[0][:, -1]) < SPARSE:
         return cloud
-    from .thinning import one_per_cell  # compiled kernels, which no answer that was kept needs
+    from .thinning import one_per_cell  # compiled kernels, which cached results do not need
 
     triangles = cloud.points[neighbouring(cloud.points, cloud.tree)]
     more = on_triangles(triangles)
@@ -177,7 +177,7 @@ def filled(cloud: Cloud) -> Cloud:
 
 
 def neighbouring(points: np.ndarray, tree: cKDTree) -> np.ndarray:
-    """Return the triangles (T, 3) of points (N, 3) with two of their neighbours each whose circles are small."""
+    """Return the triangles (T, 3) of points (N, 3) and two of their neighbours with small circumcircles."""
     distances, near = tree.query(points, NEIGHBORS[1] + 1)
     first, second = np.triu_indices(NEIGHBORS[1], 1)
     owner = np.repeat(np.arange(len(points)), len(first))
@@ -188,7 +188,7 @@ def neighbouring(points: np.ndarray, tree: cKDTree) -> np.ndarray:
 
 
 def circle_radii(triangles: np.ndarray) -> np.ndarray:
-    """Return the radius of the circle through the corners of triangles (T, 3, 3), (T,); infinite of flat ones."""
+    """Return the circumradii (T,) of triangles (T, 3, 3), infinite for degenerate ones."""
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
     edges = triangles[:, 1:] - triangles[:, :1]
     areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
@@ -196,7 +196,7 @@ def circle_radii(triangles: np.ndarray) -> np.ndarray:
 
 
 def on_triangles(triangles: np.ndarray) -> np.ndarray:
-    """Return points (M, 3) on triangles (T, 3, 3), no farther apart than `PITCH` along their sides."""
+    """Return points (M, 3) on triangles (T, 3, 3), at most `PITCH` apart along their sides."""
     longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1, initial=0)
     steps, parts = np.ceil(longest / PITCH).astype(int), [np.empty((0, 3))]
     for count in np.unique(steps[steps > 1]).tolist():
@@ -208,15 +208,15 @@ def on_triangles(triangles: np.ndarray) -> np.ndarray:
 
 
 def heading(cloud: Cloud) -> float:
-    """Return the angle, radians, by which a cloud is to be turned about z so that its footprint lies along the axes.
+    """Return the angle, radians, by which a cloud must be rotated about z so that its footprint lies along the axes.
 
-    The longer side comes to lie along x, and of both ways round the one with more of it beyond the middle.
+    The longer side then lies along x.
     """
     return cloud.cached("heading", lambda: heading_of(cloud.points[:, :2]))
 
 
 def heading_of(places: np.ndarray) -> float:
-    """Return the angle for places (N, 2), metres; see `heading`."""
+    """Return the heading of points on the ground (N, 2), metres; see `heading`."""
     corners = convex_outline(places[~well_within(places)])
     if len(corners) < 3:  # a line or a point
         return 0.0
@@ -233,14 +233,14 @@ def heading_of(places: np.ndarray) -> float:
 
 
 def turned(points: np.ndarray, angle: float) -> np.ndarray:
-    """Return points (N, 3), or places on the ground (N, 2), turned about z by an angle, radians."""
+    """Return points (N, 3), or points on the ground (N, 2), rotated about z by an angle, radians."""
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y = points[:, 0], points[:, 1]
     return np.column_stack([cosine * x - sine * y, sine * x + cosine * y, points[:, 2:]])
 
 
 def headed(cloud: Cloud) -> tuple[Cloud, float]:
-    """Return a cloud turned to its heading, and by which angle; the cloud itself where it lies along the axes."""
+    """Return a cloud rotated to its heading, and the angle; the same cloud and 0 if it already lies along the axes."""
     angle = heading(cloud)
     if abs(angle) < SQUARE or abs(abs(angle) - np.pi / 2) < SQUARE:
         return cloud, 0.0
@@ -248,6 +248,6 @@ def headed(cloud: Cloud) -> tuple[Cloud, float]:
 
 
 def turned_cloud(cloud: Cloud, angle: float) -> Cloud:
-    """Return a cloud, and its mesh, turned about z by an angle, radians."""
+    """Return a cloud, with its mesh, rotated about z by an angle, radians."""
     mesh = cloud.mesh and Mesh(turned(cloud.mesh.vertices, angle), cloud.mesh.faces)
     return Cloud(turned(cloud.points, angle), cloud.name, mesh)

@@ -1,4 +1,4 @@
-"""Rays that are cast at triangles, by Open3D."""
+"""Ray casting against triangles, with Open3D."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def raycasting_scene(*meshes: tuple[np.ndarray, np.ndarray], threads: int = 0) -> RaycastingScene:
-    """Return a scene of meshes, each its vertices (V, 3) and faces (F, 3); 0 threads: as many as there are cores."""
+    """Return a scene of meshes, given by vertices (V, 3) and faces (F, 3); with 0 threads it uses all cores."""
     from open3d.t.geometry import RaycastingScene
 
     scene = RaycastingScene(nthreads=threads)
@@ -22,5 +22,5 @@ def raycasting_scene(*meshes: tuple[np.ndarray, np.ndarray], threads: int = 0) -
 
 
 def rays_from(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return rays (..., 6) float32 from origins along directions, as a scene takes them."""
+    """Return rays (..., 6) float32 from origins along directions, as a scene expects them."""
     return np.concatenate(np.broadcast_arrays(origins, directions), axis=-1).astype(np.float32)

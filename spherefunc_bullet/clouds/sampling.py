@@ -1,12 +1,11 @@
-"""Points on a mesh, at least one every half centimetre along its faces (paper, §IV-A).
+"""Sampling of meshes: at least one point every half centimetre along the faces (paper, §IV-A).
 
-Each plane in space carries one triangular lattice, fixed to the origin, so that triangles of one flat panel
-share it and the panel comes out regular. A triangle's candidates are the points on it nearest to the lattice
-points within ``cover``. The lattice covers the plane with that radius, and moving a lattice point to the
-nearest point of a convex set takes it no farther from any point of the set: so no location of the triangle
-is farther than ``cover`` from a candidate. Thinning drops a candidate only for a kept one nearer than
-``max_gap - cover``; the two add up to ``max_gap``. Nor does it for one farther than ``aside`` from the
-triangle's plane: each side of a thin wall has samples of its own.
+Each plane in space has one triangular lattice, fixed to the origin, so that all triangles of a flat panel share it and
+the panel is sampled regularly. The candidates of a triangle are its points nearest to the lattice points within
+``cover``. The lattice covers the plane with that radius, and moving a lattice point to the nearest point of a convex
+set moves it away from no point of the set: so no location of the triangle is farther than ``cover`` from a candidate.
+Thinning drops a candidate only if a kept point is nearer than ``max_gap - cover``; the two add up to ``max_gap``. The
+kept point must also be within ``aside`` of the triangle's plane, so that both sides of a thin wall have samples.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from ..processes.compilation import lean_njit
 from .outline import corners_of, merge_vertices, outline_points
 from .thinning import Planes, thin
 
-COVER = 0.46  # of max_gap: a lattice pitch of 4 mm for 5 mm; the rest goes to thinning
-ASIDE = 0.1  # of max_gap, half a millimetre: farther from a sample's plane no other one stands for it
-_SLIVER = 0.02  # of cover: lower triangles are sampled along their longest edge, their normal is unreliable
+COVER = 0.46  # of max_gap: a lattice pitch of 4 mm for 5 mm; the rest is for thinning
+ASIDE = 0.1  # of max_gap, half a millimetre: a point farther from a sample's plane does not replace the sample
+_SLIVER = 0.02  # of cover: flatter triangles are sampled along their longest edge, since their normals are unreliable
 
 
 @lean_njit(cache=True)
 def _normal(triangle):
-    """Return a triangle's normal, as long as twice its area."""
+    """Return the normal of a triangle, whose length is twice the area."""
     x, y, z = triangle[0, 0], triangle[0, 1], triangle[0, 2]
     ax, ay, az = triangle[1, 0] - x, triangle[1, 1] - y, triangle[1, 2] - z
     bx, by, bz = triangle[2, 0] - x, triangle[2, 1] - y, triangle[2, 2] - z
@@ -50,10 +49,10 @@ def _longest_edge(triangle):
 
 @lean_njit(cache=True)
 def _write_corners(triangle, corners):
-    """Write a triangle's corners along two axes of its plane, (3, 2).
+    """Write the corners (3, 2) of a triangle along two axes of its plane.
 
-    The axes depend on the plane's normal only, and up to their sign, which the lattice does not mind, not on
-    the normal's: so neighbours in one plane get the same ones, whatever their winding.
+    The axes depend on the normal of the plane only and, except for their sign, which does not matter for the lattice,
+    not on its sign: so neighbours in one plane get the same axes, whatever their winding.
     """
     x, y, z = _normal(triangle)
     length = math.sqrt(x * x + y * y + z * z)
@@ -71,7 +70,7 @@ def _write_corners(triangle, corners):
 
 @lean_njit(cache=True)
 def _row_span(corners, low, high):
-    """Return the extent along u of the part of a triangle between two values of v (empty: inf, -inf)."""
+    """Return the range of u of the part of a triangle between two values of v; inf, -inf if it is empty."""
     left, right = np.inf, -np.inf
     for e in range(3):
         xa, ya = corners[e, 0], corners[e, 1]
@@ -107,7 +106,7 @@ def _on_edge(corners, a, b, x, y):
 
 @lean_njit(cache=True)
 def _nearest_on_border(corners, x, y):
-    """Return the point of a triangle's border nearest to (x, y), as weights of its edges 01 and 02."""
+    """Return the point of a triangle's border nearest to (x, y), as weights of the edges 01 and 02."""
     t, squared = _on_edge(corners, 0, 1, x, y)
     s, r = t, 0.0
     t, other = _on_edge(corners, 0, 2, x, y)
@@ -121,7 +120,7 @@ def _nearest_on_border(corners, x, y):
 
 @lean_njit(cache=True)
 def _place(out, row, triangle, s, r):
-    """Write a point as corner plus edges: exactly on an axis-parallel plane, where the edges have a zero."""
+    """Write the point with weights s and r of two edges; the result is exact on planes parallel to the axes."""
     for axis in range(3):
         origin = triangle[0, axis]
         out[row, axis] = origin + s * (triangle[1, axis] - origin) + r * (triangle[2, axis] - origin)
@@ -129,7 +128,7 @@ def _place(out, row, triangle, s, r):
 
 @lean_njit(cache=True)
 def _sliver_points(triangle, first, length, cover, out, row):
-    """Write points along a sliver's longest edge; return the row before them (``out`` fills backwards)."""
+    """Write points along the longest edge of a sliver, backwards from ``row``; return the row before them."""
     count = max(1, int(math.ceil(length / (1.9 * cover))))
     for step in range(count):
         t = (step + 0.5) / count
@@ -142,7 +141,7 @@ def _sliver_points(triangle, first, length, cover, out, row):
 
 @lean_njit(cache=True)
 def _bound(triangles, cover, corners):
-    """Return at most how many candidates the triangles have; ``corners`` (3, 2) is scratch."""
+    """Return an upper bound of the number of candidates; ``corners`` (3, 2) is scratch."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
     total = 0
     for t in range(len(triangles)):
@@ -161,7 +160,7 @@ def _bound(triangles, cover, corners):
 
 @lean_njit(cache=True)
 def _lattice_points(triangle, cover, corners, out, front, back):
-    """Write one triangle's candidates: those inside it from the front, those moved onto it from the back."""
+    """Write the candidates of a triangle: those inside it from the front, those moved onto it from the back."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
     _write_corners(triangle, corners)
     ax, ay = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1]
@@ -182,7 +181,7 @@ def _lattice_points(triangle, cover, corners, out, front, back):
                 front += 1
                 continue
             s, r, squared = _nearest_on_border(corners, x, y)
-            if squared <= cover * cover * (1.0 + 1e-9):  # a location may be exactly ``cover`` away
+            if squared <= cover * cover * (1.0 + 1e-9):  # the distance may be exactly ``cover``
                 _place(out, back, triangle, s, r)
                 back -= 1
     return front, back
@@ -192,9 +191,9 @@ def _lattice_points(triangle, cover, corners, out, front, back):
 def _candidates(triangles, cover, corners, out, front, normals, ends):
     """Fill ``out`` from ``front`` and from its end; return the first free row and the last free row.
 
-    Of each triangle (M) its normal, 0 for a sliver, and the ends of its points, all from the front before all from
-    the back, are written into ``normals`` (2 M + 1, 3) and ``ends`` (2 M + 1,), after those of the first points.
-    ``corners`` (3, 2) is scratch.
+    The normal of each triangle (M), 0 for a sliver, and the ends of its points are written into ``normals``
+    (2 M + 1, 3) and ``ends`` (2 M + 1,): first the entry of the first points, then those of all points from the front,
+    then those of all points from the back. ``corners`` (3, 2) is scratch.
     """
     count, back = len(triangles), len(out) - 1
     for t in range(len(triangles)):
@@ -206,7 +205,7 @@ def _candidates(triangles, cover, corners, out, front, normals, ends):
             front, back = _lattice_points(triangle, cover, corners, out, front, back)
             x, y, z = _normal(triangle)
             area = math.sqrt(x * x + y * y + z * z)
-            for row in (1 + t, 1 + count + t):  # number by number: a kernel with array expressions loads slowly
+            for row in (1 + t, 1 + count + t):  # element by element: kernels with array expressions load slowly
                 normals[row, 0], normals[row, 1], normals[row, 2] = x / area, y / area, z / area
         ends[1 + t], ends[1 + count + t] = front, len(out) - 1 - back
     for row in range(1 + count, len(ends)):
@@ -217,20 +216,20 @@ def _candidates(triangles, cover, corners, out, front, normals, ends):
 def surface_candidates(
     triangles: np.ndarray, cover: float, first: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return points on triangles such that no location of them is farther than ``cover`` from one.
+    """Return points on triangles such that no location of the triangles is farther than ``cover`` from one.
 
     Parameters
     ----------
     triangles : (M, 3, 3) float64, metres
     cover : float, metres
     first : (F, 3) float64, metres
-        Points that come before all of them.
+        Points that precede them.
 
     Returns
     -------
     inside, border : (F + I, 3) and (B, 3) float64, metres
-        After the first points the lattice points that lie in a triangle; and those moved onto its border, last one
-        first.
+        The first points, followed by the lattice points inside triangles; and those moved onto the borders, in reverse
+        order.
     normals, ends : (2 M + 1, 3) float64 and (2 M + 1,) int64
         See `Planes`; the first points lie in none.
     """
@@ -249,7 +248,7 @@ def surface_area(vertices: np.ndarray, faces: np.ndarray) -> float:
 
 
 def needed_samples(vertices: np.ndarray, faces: np.ndarray, max_gap: float) -> float:
-    """Return about how many points a surface needs, from its area and the borders of its larger faces."""
+    """Return the approximate number of samples of a surface, from its area and the borders of its larger faces."""
     cover = COVER * max_gap
     edges = np.roll(vertices[faces], -1, axis=1) - vertices[faces]
     lengths = np.linalg.norm(edges, axis=2)
@@ -260,10 +259,9 @@ def needed_samples(vertices: np.ndarray, faces: np.ndarray, max_gap: float) -> f
 def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.005) -> np.ndarray:
     """Return points on a mesh such that no location of its surface is farther than ``max_gap`` from one.
 
-    The same mesh gives the same points. Flat panels get a triangular lattice of pitch ``0.8 max_gap``; no
-    two points of one plane are nearer than ``0.54 max_gap``, however fine the mesh, and a face's nearest sample
-    is no farther than a tenth of ``max_gap`` from its plane. Corners and sharp edges come first, so that they
-    keep their outline.
+    The same mesh gives the same points. Flat panels get a triangular lattice of pitch ``0.8 max_gap``; no two points of
+    one plane are nearer than ``0.54 max_gap``, however fine the mesh, and the nearest sample of a face is no farther
+    than a tenth of ``max_gap`` from its plane. Corners and sharp edges come first, so that the outline is preserved.
 
     Parameters
     ----------

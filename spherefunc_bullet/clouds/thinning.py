@@ -1,6 +1,6 @@
-"""Greedy thinning: points in order, each kept unless a kept one is too near.
+"""Greedy thinning: points are processed in order, and each is kept unless a kept one is too near.
 
-Points of a surface count as near along it only: the two sides of a thin wall, of which spheres meet one, keep theirs.
+Only points of the same plane count as near, so both sides of a thin wall keep their points.
 """
 
 from __future__ import annotations
@@ -15,29 +15,29 @@ from .bricks import stands_above, stands_for, thin_in_bricks, top_in_bricks
 from .outline import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
-MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table
+MAX_CELLS = 20_000_000  # of a grid, 80 MB; larger or emptier grids are replaced by a hash table
 CELLS_A_POINT = 64
 NO_POINTS = np.empty((0, 3))
-_OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
+_OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits per axis suffice for 100 m in cells of 0.1 mm
 
 
 class Planes(NamedTuple):
-    """The planes that points to be thinned lie in, in the order of the points."""
+    """The planes of points to be thinned, in the order of the points."""
 
-    normals: np.ndarray  # (R, 3) unit normal of each run of points in one plane; 0 for points in none
-    ends: np.ndarray  # (R,) int64, how many points there are up to the end of each run
-    aside: float  # metres: farther from its plane no kept point is too near to a point
+    normals: np.ndarray  # (R, 3) unit normal of each run of points in one plane; 0 for points in no plane
+    ends: np.ndarray  # (R,) int64, number of points up to the end of each run
+    aside: float  # metres: a kept point farther from the plane of a point is not too near
 
 
 def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return room for a grid of this many cells (3,) that this many points are entered in, as kernels take it.
+    """Return the arrays of an empty grid with a number of cells (3,), with room for a number of points.
 
     Returns
     -------
     bricks : (X, Y, Z) uint32
-        The number of each brick, from 1; 0 where there is none yet.
+        The number of each brick, from 1; 0 if it does not exist yet.
     contents : ((B + 1) * 64,) uint32
-        What each cell of each brick holds, brick 0 nothing; untouched parts of it cost nothing.
+        The content of each cell of each brick, 0 if empty; brick 0 stays empty. Unused parts take no memory.
     """
     bricks = np.zeros((cells.astype(np.int64) + 3) // 4, np.uint32)
     return bricks, np.zeros(64 * (min(points, bricks.size) + 1), np.uint32)
@@ -45,9 +45,9 @@ def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray
 
 @njit(cache=True)
 def _slot(i, j, k, table, shift):
-    """Return the slot of a cell in the open-addressed table, or the free one where it belongs.
+    """Return the slot of a cell in the open-addressed hash table, or the free slot for it, and its key.
 
-    A row of the table is a cell's key and its first point, side by side for the sake of its cache line.
+    A row of the table contains the key of a cell and its last point, next to each other in one cache line.
     """
     key = ((i + _OFFSET) << 42) | ((j + _OFFSET) << 21) | (k + _OFFSET)
     mask = len(table) - 1
@@ -59,7 +59,7 @@ def _slot(i, j, k, table, shift):
 
 @njit(cache=True)
 def _near_in_chain(points, other, follower, x, y, z, squared, normal, aside):
-    """Return whether one of the kept points of a cell, each with its follower, stands for (x, y, z)."""
+    """Return whether one of the kept points of a cell, a linked list, can replace (x, y, z)."""
     while other >= 0:
         dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
         if stands_for(dx, dy, dz, squared, normal, aside):
@@ -70,10 +70,10 @@ def _near_in_chain(points, other, follower, x, y, z, squared, normal, aside):
 
 @njit(cache=True)
 def _has_kept_point_near(points, p, scale, table, follower, shift, normal, aside):
-    """Return whether a kept point that stands for point ``p`` is nearer to it than half a cell.
+    """Return whether a kept point that can replace point ``p`` is nearer to it than half a cell.
 
-    Cells are two distances wide, so that the ball around a point touches at most two along each axis: its own
-    and the one on whose side it lies.
+    Cells are two distances wide, so that the ball around a point touches at most two along each axis: its own and the
+    nearer neighbour.
     """
     x, y, z = points[p, 0], points[p, 1], points[p, 2]
     squared = 0.25 / (scale * scale)
@@ -126,15 +126,15 @@ def thin(
     Parameters
     ----------
     points : (N, 3) float64, metres
-        Earlier points win over later ones.
+        Earlier points take precedence over later ones.
     distance : float, metres
-        No two kept points of one plane are nearer to each other; no dropped point is as far from all kept ones.
+        No two kept points of one plane are nearer to each other; every dropped point is nearer to a kept one.
     backwards : (M, 3) float64, metres
-        Points that come after the others, the last one first.
+        Points that follow the others, in reverse order.
     planes : Planes, optional
         Of all points; by default they lie in none.
     bounds : (2, 3) float64, metres, optional
-        Corners of a box around all points, where they are known; rounding may leave points outside.
+        Corners of a box around all points, if known; rounding may leave points outside.
 
     Returns
     -------
@@ -153,15 +153,15 @@ def thin(
         count = thin_in_bricks(points, backwards, low, distance, *planes, *grid, kept, kept.view(np.int64))
         return kept[1 : count + 1, :3].copy()
     points = np.concatenate([points, backwards[::-1]])
-    bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
+    bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search terminates
     return points[_thin(points, distance, *planes, bits)]
 
 
 def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndarray:
-    """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in.
+    """Return one of the points (N, 3) in each cube of a side in metres, (M, 3), independent of their order.
 
-    It is the highest in its column: spheres come from above, and of a thin board's two sides meet the upper one.
-    ``bounds`` (2, 3) are the corners of a box around them, metres.
+    It is the highest one in its column: spheres come from above, and meet the upper side of a thin board. ``bounds``
+    (2, 3) are the corners of a box around the points, metres.
     """
     low, high = bounds
     low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
@@ -173,28 +173,21 @@ def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndar
     return points[_top_of_cells(points, 1 / side, bits)]
 
 
-@njit(forceinline=True)
-def _place(points, p):
-    """Return the coordinates of a point."""
-    return points[p, 0], points[p, 1], points[p, 2]
-
-
 @njit(cache=True)
 def _top_of_cells(points, per_metre, bits):
-    """Return the index of the point of each cell (M,) that `top_in_bricks` keeps, cells in no order."""
+    """Return the index of the point of each cell (M,) that `top_in_bricks` keeps, cells in order of appearance."""
     table = np.full((1 << bits, 2), -1, dtype=np.int64)
     shift = 64 - bits
     slots, count = np.empty(len(points), np.int64), 0
     for p in range(len(points)):
-        i = np.int64(math.floor(points[p, 0] * per_metre))
-        j = np.int64(math.floor(points[p, 1] * per_metre))
-        k = np.int64(math.floor(points[p, 2] * per_metre))
-        slot, key = _slot(i, j, k, table, shift)
+        x, y, z = points[p]
+        i, j, k = math.floor(x * per_metre), math.floor(y * per_metre), math.floor(z * per_metre)
+        slot, key = _slot(np.int64(i), np.int64(j), np.int64(k), table, shift)
         other = table[slot, 1]
         if other < 0:
             table[slot, 0], table[slot, 1] = key, p
             slots[count] = slot
             count += 1
-        elif stands_above(_place(points, p), _place(points, other), per_metre):
+        elif stands_above((x, y, z), (points[other, 0], points[other, 1], points[other, 2]), per_metre):
             table[slot, 1] = p
     return table[slots[:count], 1]

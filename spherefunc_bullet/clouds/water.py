@@ -1,27 +1,27 @@
-"""Water that an object holds: cells of space flooded from outside, linked where no surface lies between their middles.
+"""Water that an object holds: cells of space, flooded from outside along links that no surface crosses.
 
-A link between the middles of two neighbours is cut exactly where a triangle crosses it, so walls have no thickness of
-their own and the volume is as unbiased as a midpoint rule; holes in walls let out what lies above them. The flood is
-that of digital elevation models in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
+The link between the centres of two neighbours is cut exactly if a triangle crosses it, so walls have no thickness and
+the volume is as unbiased as the midpoint rule; holes in walls drain what lies above them. The algorithm is the
+priority-flood of digital elevation models in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from .cloud import Cloud
 from .links import cut_links, flood_links, label_links
 
-CELLS = 250_000  # about this many, and never more than `MOST` along an extent
-COARSE_CELLS = 60_000, 40_000  # of the floods that look for leaks: by the other, where the middles of one meet a crack
+CELLS = 250_000  # approximate number, with at most `MOST` along an extent
+COARSE_CELLS = 60_000, 40_000  # the same for leaks: two grids, since the cell centres of one may meet a crack
 CRACK = 0.002  # metres: a hole that is no wider is a seam between two parts of a mesh
 GRAIN_CELLS = 48  # along an extent
 MOST = 160
-OF_CLOUDS = 1.0  # spacings: what is nearer to a point of a cloud than that is wall
-UNDER_WATER = 0.4  # of the spheres over water that lie below its level: cups have 0.5 to 1, those with a slit 0 to 0.3
-SPILLED_AT = 0.9  # of the capacity: what a vessel is filled with
+OF_CLOUDS = 1.0  # spacings: what is nearer to a point of a cloud is wall
+UNDER_WATER = 0.4  # share of the spheres over water that are below its level: 0.5 to 1 in cups, 0 to 0.3 with a slit
+SPILLED_AT = 0.9  # of the capacity, to which a vessel is filled
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,26 +31,26 @@ class Water:
     origin: np.ndarray  # (3,) corner of the first cell, metres
     cell: float
     cells: np.ndarray  # (N, 3) int
-    brim: int  # layers: where it begins to run over
+    brim: int  # layers: height at which it overflows
     opening: np.ndarray  # (M, 2) int: columns of the uppermost layer that are open to the sky
-    extra: float  # m3 between the cells and the surface, where walls have a thickness of their own
+    extra: float  # m3 between the cells and the surface, if walls have a thickness
 
     @property
     def volume(self) -> float:
-        """To the brim, m3."""
+        """Volume up to the brim, m3."""
         return len(self.cells) * self.cell**3 + self.extra
 
     @property
     def brim_height(self) -> float:
-        """Metres."""
+        """Height of the brim, metres."""
         return float(self.origin[2] + self.brim * self.cell)
 
     def middles(self) -> np.ndarray:
-        """Return the middles (N, 3) of the cells, metres."""
+        """Return the centres (N, 3) of the cells, metres."""
         return self.origin + (self.cells + 0.5) * self.cell
 
     def levels(self, count: int = 10) -> tuple[tuple[float, float], ...]:
-        """Return pairs of millilitres and the height in metres at which they stand, up to the brim."""
+        """Return pairs of a volume in millilitres and the height of its surface in metres, up to the brim."""
         layers = np.bincount(self.cells[:, 2], minlength=self.brim)[: self.brim]
         filled = np.cumsum(layers) / max(1, layers.sum()) * self.volume * 1e6
         heights = self.origin[2] + (np.arange(self.brim) + 1) * self.cell
@@ -60,9 +60,9 @@ class Water:
         return tuple((float(volume), float(height)) for volume, height in zip(volumes, at, strict=True))
 
     def spill(self, directions: int = 24) -> tuple[float, float]:
-        """Return the least tilt at which a vessel filled to nine tenths spills, and the heading of that side, degrees.
+        """Return the smallest tilt at which a vessel filled to nine tenths spills, and its heading, degrees.
 
-        What it keeps at a tilt is what lies below the horizontal plane through the lowest point of its rim.
+        At a tilt it keeps what is below the horizontal plane through the lowest point of its rim.
         """
         middles = self.middles()
         water = middles[:: max(1, len(middles) // 4000)]
@@ -75,7 +75,7 @@ class Water:
 
 
 def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float) -> float:
-    """Return the tilt in radians at which less than nine tenths lie below the rim, by halving."""
+    """Return the tilt in radians from which on less than nine tenths are below the rim, by bisection."""
     low, high = 0.0, np.pi / 2
     side = np.array([np.cos(heading), np.sin(heading)])
     ahead, rim_ahead = water[:, :2] @ side, rim[:, :2] @ side + reach
@@ -89,32 +89,31 @@ def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float
 
 
 def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:
-    """Return the bodies of water that a cloud's object holds up to their brims, the largest first."""
+    """Return the bodies of water that an object holds up to their brims, the largest first."""
     size = cloud.size
     cell = max(float(np.prod(np.maximum(size, 0.02 * size.max())) / cells) ** (1 / 3), float(size.max()) / MOST)
     cell = cell if cloud.mesh is not None else max(cell, cloud.spacing)
-    origin = cloud.bounds[0] - 2.013 * cell  # off the planes that models like to have
+    origin = cloud.bounds[0] - 2.013 * cell  # off the planes at round coordinates that models often have
     shape = tuple(np.ceil((cloud.bounds[1] - origin) / cell).astype(int) + 2)
     cuts, solid = np.zeros(shape, np.uint8), np.zeros(shape, np.bool_)
     if cloud.mesh is not None:
         triangles = cloud.mesh.vertices[cloud.mesh.faces]
         cut_links(np.ascontiguousarray((triangles - origin) / cell), cuts)
-    else:
-        from .flooding import thicken
+        return bodies_of(cuts, solid, origin, cell, 0.0)
+    from .flooding import thicken
 
-        thicken((cloud.points - origin) / cell, max(0.8, OF_CLOUDS * cloud.spacing / cell), solid)
-    return bodies_of(cuts, solid, origin, cell, 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.spacing)
+    wall = OF_CLOUDS * cloud.spacing
+    thicken((cloud.points - origin) / cell, max(0.8, wall / cell), solid)
+    return bodies_of(cuts, solid, origin, cell, wall)
 
 
 def leaks(cloud: Cloud, centers: np.ndarray) -> bool:
-    """Return whether water runs out from among spheres that stay in a vessel, through a hole too small for them.
-
-    Asked of meshes alone: points do not show a hole that is smaller than their spacing.
+    """Return whether water runs out of a vessel in which spheres stay, through a hole too small for them.
 
     Parameters
     ----------
     cloud : Cloud
-        With a mesh.
+        With a mesh, since points do not show holes smaller than their spacing.
     centers : (S, 3) float64
         Where spheres rest in it, metres.
     """
@@ -122,15 +121,15 @@ def leaks(cloud: Cloud, centers: np.ndarray) -> bool:
         for water in waters_of(cloud, count)[:1]:
             if share_under_water(water.origin, water.cell, water.cells, centers) >= UNDER_WATER:
                 return False
-    # Water leaves through a crack between two parts of a mesh as well; grains do not.
-    from .flooding import basin_of  # and SciPy with it: few objects come so far
+    # Water also leaves through cracks between two parts of a mesh; grains do not.
+    from .flooding import basin_of  # imports SciPy, which few objects need
 
     grains = basin_of(cloud.mesh.vertices, cloud.mesh.faces, CRACK / 2, GRAIN_CELLS)
     return share_under_water(grains.origin, grains.cell, np.argwhere(grains.held()), centers) < UNDER_WATER
 
 
 def share_under_water(origin: np.ndarray, cell: float, cells: np.ndarray, centers: np.ndarray) -> float:
-    """Return the share of the spheres over the cells (N, 3) of some water that lie below its level; 0 of none."""
+    """Return the share of the spheres over the cells (N, 3) of water that are below its level; 0 if there are none."""
     if not len(cells):
         return 0.0
     low, high = cells.min(axis=0), cells.max(axis=0)
@@ -143,7 +142,7 @@ def share_under_water(origin: np.ndarray, cell: float, cells: np.ndarray, center
 
 
 def bodies_of(cuts: np.ndarray, solid: np.ndarray, origin: np.ndarray, cell: float, wall: float) -> list[Water]:
-    """Return the bodies of water among cells."""
+    """Return the bodies of water in the cells, the largest first, without tiny ones."""
     levels = np.full(cuts.shape, -1, np.int32)
     flood_links(cuts, solid, levels, np.full(cuts.size, -1, np.int64), np.full(cuts.shape[2], -1, np.int64))
     layers = np.arange(cuts.shape[2], dtype=np.int32)
@@ -153,33 +152,24 @@ def bodies_of(cuts: np.ndarray, solid: np.ndarray, origin: np.ndarray, cell: flo
     labels = np.zeros(cuts.shape, np.int32)
     count = label_links(cuts, wet, labels, np.empty(int(wet.sum()), np.int64))
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    sky = sky_above(cuts, solid)
-    large = [k for k in np.argsort(-sizes, kind="stable") if sizes[k] >= max(20, 0.05 * sizes.max())]
-    found = [water_of(labels == k + 1, levels, sky, origin, cell) for k in large]
-    return [with_walls(water, wall) for water in found]
+    free = ~solid & (cuts & 4 == 0)
+    sky = np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]  # cells with nothing above them
+    found = []
+    for k in np.argsort(-sizes, kind="stable"):
+        if sizes[k] >= max(20, 0.05 * sizes.max()):
+            cells = np.argwhere(labels == k + 1)
+            top = cells[cells[:, 2] == cells[:, 2].max()]
+            opening = top[sky[tuple(top.T)]][:, :2]
+            extra = wall_volume(cells, cell, wall) if wall else 0.0
+            found.append(Water(origin, cell, cells, int(levels[tuple(cells[0])]), opening, extra))
+    return found
 
 
-def water_of(cells: np.ndarray, levels: np.ndarray, sky: np.ndarray, origin: np.ndarray, cell: float) -> Water:
-    """Return one body."""
-    where = np.argwhere(cells)
-    brim = int(levels[tuple(where[0])])
-    top = where[where[:, 2] == where[:, 2].max()]
-    return Water(origin, cell, where, brim, top[sky[tuple(top.T)]][:, :2], 0.0)
-
-
-def with_walls(water: Water, wall: float) -> Water:
-    """Return a body with half of the wall that its cells leave out, where walls have a thickness."""
-    if not wall:
-        return water
-    shape = water.cells.max(axis=0) - water.cells.min(axis=0) + 3
-    block = np.zeros(shape, bool)
-    block[tuple((water.cells - water.cells.min(axis=0) + 1).T)] = True
+def wall_volume(cells: np.ndarray, cell: float, wall: float) -> float:
+    """Return the volume between the cells (N, 3) of a body of water and the surface, m3, for walls with a thickness."""
+    low = cells.min(axis=0)
+    block = np.zeros(cells.max(axis=0) - low + 3, bool)
+    block[tuple((cells - low + 1).T)] = True
     faces = sum(int(np.count_nonzero(np.diff(block.astype(np.int8), axis=axis))) for axis in range(3))
     faces -= int(block.any(axis=2).sum())  # the free surface has no wall
-    return replace(water, extra=2 / 3 * faces * water.cell**2 * wall)  # steps count slopes by half as much again
-
-
-def sky_above(cuts: np.ndarray, solid: np.ndarray) -> np.ndarray:
-    """Return the cells (X, Y, Z) bool that nothing lies above."""
-    free = ~solid & (cuts & 4 == 0)
-    return np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
+    return 2 / 3 * faces * cell**2 * wall  # the steps on slopes count half as much again
