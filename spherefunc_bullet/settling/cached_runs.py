@@ -29,9 +29,8 @@ from .settling import drop_settings, measured_run, settle
 
 FORMAT = 2  # of the cache; with another number entries are computed again
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> arrays of its run
-Check = Callable[
-    [str, Callable[[Cloud], bool]], bool
-]  # runs a check on a cloud, unless its result is cached under the name
+# Runs a check on a cloud, unless its result is cached under the name.
+Check = Callable[[str, Callable[[Cloud], bool]], bool]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,14 +69,12 @@ class DropConfig:
 
     def prepared(self, cloud: Cloud) -> Cloud:
         """Return the cloud on which spheres are dropped: prepared if the number of drops is given, else unchanged."""
-        if self.run_limit.drops is None:
-            return cloud
-        return prepare(cloud)
+        return cloud if self.run_limit.drops is None else prepare(cloud)
 
     def content_hash(self, file: Path | Source) -> str:
         """Return the hash of the bytes of a file and of all files that it names, and of how it is loaded.
 
-        For a source, it is the hash of the bytes that were read and that its cloud is made of.
+        For a source, it is the hash of the bytes that were read, from which its cloud is made.
 
         Raises
         ------
@@ -160,11 +157,9 @@ class CloudObject:
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return the result of ``check`` for the cloud, cached under this name if results are cached."""
-        return (
-            cached_check(cloud_hash(self.raw_cloud), name, lambda: check(self.raw_cloud))
-            if self.cache
-            else check(self.raw_cloud)
-        )
+        if not self.cache:
+            return check(self.raw_cloud)
+        return cached_check(cloud_hash(self.raw_cloud), name, lambda: check(self.raw_cloud))
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return the result of ``count`` for the cloud."""

@@ -1,6 +1,6 @@
-"""Which spheres at rest are walled in: pushed along the ground, whichever way, they meet the object.
+"""Enclosure: which spheres at rest are walled in, so that they hit the object if pushed in any horizontal direction.
 
-A pile of spheres stays behind a slit in a wall that nothing else would stay behind, so the pile alone does not tell.
+A pile of spheres does not show that: it stays even behind a wall with a slit, through which anything else would escape.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from ..processes.compilation import lean_njit
 
 DIRECTIONS = 64
 NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(2**64 - 1)  # directions as bits
-NARROWER = 0.8  # radii: a gap is one where so much of the sphere gets through
+NARROWER = 0.8  # radii: size of the sphere that must fit through a gap
 
 
 def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndarray:
-    """Return whether spheres at rest (S, 3) meet an object's points (N, 3) in every level direction, (S,) bool.
+    """Return whether spheres at rest (S, 3) meet an object's points (N, 3) in every horizontal direction, (S,) bool.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
 
 @lean_njit(error_model="numpy", forceinline=True)
 def sort_by_layer(points, centers, bottom, height, layers, used, starts, placed):
-    """Write the points that are in a centre's layer or next to it, layer by layer, and where each layer begins.
+    """Write the points in the layer of a centre or next to it, layer by layer, and where each layer starts.
 
-    What is written into is as `met_everywhere` takes it.
+    The arguments are those of `met_everywhere`.
     """
     count = len(used)
     for k in range(len(centers)):
@@ -60,14 +60,14 @@ def sort_by_layer(points, centers, bottom, height, layers, used, starts, placed)
 
 @lean_njit(error_model="numpy", forceinline=True)
 def around(z, bottom, height, count):
-    """Return the first layer of those that a height is next to, and the one after the last, of this many."""
+    """Return the range of layers around a height, as first and end, out of ``count`` layers."""
     layer = int((z - bottom) / height)
     return min(max(layer - 1, 0), count), min(max(layer + 2, 0), count)
 
 
 @lean_njit(error_model="numpy", forceinline=True)
 def directions(first, last):
-    """Return the directions from one to another, whole turns aside, as the bits of a number."""
+    """Return the directions from one to another, modulo whole turns, as the bits of a number."""
     count = last - first + 1
     if count >= DIRECTIONS:
         return EVERY
@@ -79,10 +79,10 @@ def directions(first, last):
 
 @lean_njit(error_model="numpy", forceinline=True)
 def can_meet(dx, dy, squared_sine):
-    """Return the directions that a point (dx, dy) aside may meet, seen under twice the arcsine; rather too many.
+    """Return a superset of the directions in which a point at an offset (dx, dy), within the arcsine, is met.
 
-    By bounds that cost less than the angles, since most points stand behind others: an arctangent to 0.005, and
-    arcsin(s) <= s + (pi / 2 - 1) s**3.
+    It is computed from bounds, which cost less than the angles, since most points are behind others: an arctangent
+    accurate to 0.005, and arcsin(s) <= s + (pi / 2 - 1) s**3.
     """
     x, y = abs(dx), abs(dy)
     ratio = min(x, y) / max(x, y)
@@ -103,23 +103,23 @@ def can_meet(dx, dy, squared_sine):
 
 @lean_njit(cache=True, error_model="numpy")
 def met_everywhere(points, centers, reach, bottom, layers, used, starts, placed, met_all):
-    """Return whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
+    """Find whether cylinders of radius ``reach`` from each centre meet points in each of the `DIRECTIONS`.
 
     Parameters
     ----------
     points, centers : (N, 3) and (S, 3) float64, metres
     reach, bottom : float, metres
-        How high a layer is, and where the lowest begins.
+        Height of a layer, and start of the lowest one.
     layers : (N,) int32
-        Scratch: each point's layer.
+        Scratch: the layer of each point.
     used : (L,) bool
-        All False; receives which layers are looked at.
+        All False; receives whether each layer is used.
     starts : (2, L + 1) int64
-        All 0; receives where each layer begins, and ends.
+        All 0; receives the start and the end of each layer.
     placed : (N, 3) float64
-        Scratch: the points that are looked at, layer by layer.
+        Scratch: the used points, layer by layer.
     met_all : (S,) bool
-        All False; receives the answers.
+        All False; receives the results.
     """
     step = 2 * math.pi / DIRECTIONS
     sort_by_layer(points, centers, bottom, reach, layers, used, starts, placed)

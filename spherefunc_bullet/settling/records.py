@@ -96,13 +96,13 @@ def simulate_by_several(
     isolate = any(isolated(config.simulator) for _, drop_configs in tasks for config in drop_configs)
     for place, outcome in run_tasks(object_records, arguments, paths, jobs=jobs, isolate=isolate):
         path, drop_configs = tasks[order[place]]
-        if (
-            isinstance(outcome, InputError) and len(drop_configs) > 1
-        ):  # the process died: run each alone, to see which fails
-            outcome = [
-                result for each in drop_configs for _, result in simulate_objects([path], each, jobs=1, home=home)
-            ]
-        yield order[place], [outcome] if isinstance(outcome, InputError) else outcome
+        if not isinstance(outcome, InputError):
+            yield order[place], outcome
+        elif len(drop_configs) == 1:
+            yield order[place], [outcome]
+        else:  # the process died: run each config alone to see which one fails
+            alone = (simulate_objects([path], each, jobs=1, home=home) for each in drop_configs)
+            yield order[place], [result for results in alone for _, result in results]
 
 
 def object_records(

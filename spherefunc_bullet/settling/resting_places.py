@@ -1,4 +1,4 @@
-"""Resting places: where the first spheres that are dropped on an object come to rest, and so something can be put."""
+"""Resting places: where the first spheres dropped on an object come to rest, so that something can be put there."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..simulator import DropSettings, make_simulator
 
 DROPS = 200
 ACROSS = 40  # approximate number of radii along the largest extent
-LIMITS = (0.005, 0.03)  # metres, of the radius
+LIMITS = (0.005, 0.03)  # metres, range of the radius
 
 
 def place_radius(cloud: Cloud) -> float:
@@ -20,7 +20,7 @@ def place_radius(cloud: Cloud) -> float:
 def resting_places(cloud: Cloud, radius: float | None = None, seed: int = 0) -> np.ndarray:
     """Return where spheres that touch the object rest on it, (P, 3) metres, below their centres.
 
-    They are found by ``fast``, since rigid bodies are only to test the places.
+    They are found with ``fast``; rigid bodies only test the places.
     """
     radius = place_radius(cloud) if radius is None else radius
     settings = DropSettings(radius=radius, miss_limit=DROPS, max_drops=DROPS)

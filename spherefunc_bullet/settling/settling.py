@@ -21,7 +21,7 @@ from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, dro
 DENSE = 0.5  # radii, approximate spacing of the points that walls are looked for in
 SMALL = 0.005  # metres, radius of the spheres that test whether water stands in an object
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than FINE are dropped only on objects up to HANDHELD
-FALLS_DEG = 20.0  # degrees by which an object that falls over turns: no useful one of 382 real models does (tests)
+FALLS_DEG = 20.0  # degrees by which an object that falls over tilts at least; no useful one of 382 real models does
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # Linux
 
 _warm: set[str] = set()  # the simulators that have run in this process
@@ -152,7 +152,7 @@ def small_plate() -> Cloud:
 
 
 def falls_over(cloud: Cloud) -> bool:
-    """Return whether an object turns by more than 20 degrees when it is released as it stands.
+    """Return whether an object tilts by more than 20 degrees when it is released as it stands.
 
     False without a mesh, since unseen parts have weight and feet too; and for an object without volume.
     """
