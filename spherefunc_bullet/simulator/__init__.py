@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
 
 MISS_LIMIT = 50  # consecutive spheres not placed that end a run (§III-A)
-SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
+SPHERE_LIMIT = 20_000  # settled spheres that end a run for features; no cup holds more of the smallest spheres
 
 
 class Outcome(enum.IntEnum):
@@ -38,7 +38,7 @@ class Stop(enum.IntEnum):
     """Why the run ended."""
 
     MISSES = 0  # the miss limit of the paper: consecutive spheres were not placed
-    SPHERE_LIMIT = 1  # the stated cap on settled spheres was reached
+    SPHERE_LIMIT = 1  # the limit of settled spheres was reached
     DROP_LIMIT = 2  # the requested number of spheres has been dropped
 
 
@@ -48,8 +48,8 @@ class DropSettings:
 
     radius: float  # of the spheres, metres
     miss_limit: int = MISS_LIMIT  # consecutive spheres not placed that end the run
-    max_spheres: int = 5_000_000  # settled spheres at which the run stops, a cap on memory
-    max_drops: int | None = None  # drops at which the run stops, whatever became of them; None: as many as it takes
+    max_spheres: int = 5_000_000  # settled spheres at which the run stops, to limit memory
+    max_drops: int | None = None  # drops at which the run stops, whatever their outcomes; None: no limit
 
     def __post_init__(self):
         if not (math.isfinite(self.radius) and self.radius > 0):
@@ -62,13 +62,13 @@ class DropSettings:
 class DropResult:
     """Where the spheres came to rest, and the outcomes of the others.
 
-    A backend fills in all of it. ``columns`` and ``outcomes`` may be left out by one that does not know what became of
-    every drop; then the resting profile, the default method, sees no losses, and the conformance suite complains.
+    A backend sets all fields. One that does not know the outcome of every drop may omit ``columns`` and ``outcomes``;
+    then the resting profile, the default method, sees no losses, and the conformance suite fails.
 
     Raises
     ------
     ValueError
-        If the provenance lacks what every command reads: backend, version, settings, seed.
+        If the provenance lacks an entry that all commands read: backend, version, settings or seed.
     """
 
     centers: np.ndarray  # (S, 3) float64, metres, the object's frame, in the order in which they settled
@@ -78,11 +78,11 @@ class DropResult:
     timed_out: int
     stop: Stop
     seconds: float  # wall time of the simulation alone
-    # Every drop in the order in which they ended, the settled ones in the order of ``centers``; empty where a backend
-    # does not tell.
-    columns: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # (D, 2) float64, where it began, metres
+    # Of all drops in the order in which they ended, the settled ones in the order of ``centers``; empty if the backend
+    # does not provide them.
+    columns: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # (D, 2) float64, metres: of each drop
     outcomes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int8))  # (D,) int8, each an `Outcome`
-    provenance: dict[str, Any]  # what made it, see `provenance_of`; more entries are welcome, JSON-ready
+    provenance: dict[str, Any]  # see `provenance_of`; a backend may add entries, JSON-ready
 
     def __post_init__(self):
         missing = sorted({"backend", "version", "settings", "seed"} - self.provenance.keys())
@@ -103,61 +103,63 @@ class DropResult:
 
 @runtime_checkable
 class Simulator(Protocol):
-    """What a backend provides: a name, a version, ``options`` and ``drop``.
+    """The interface of a backend: a name, a version, ``options`` and ``drop``.
 
-    A class, registered under its ``name`` in the entry-point group ``spherefunc.backends``; keyword arguments of its
-    constructor are its options, and one that it does not know is a TypeError. docs/backends.md has a whole one, and
-    ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` holds one to what is written here.
+    A backend is a class registered under its ``name`` in the entry-point group ``spherefunc.backends``. The keyword
+    arguments of its constructor are its options; an unknown one is a TypeError. docs/backends.md has a complete
+    example, and ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` tests a backend against this
+    interface.
 
     Attributes
     ----------
     name : str
-        As it is registered.
+        The registered name.
     version : str
-        Of what it computes: results are kept under it, so another result needs another version.
+        The version of the computation. Results are cached under it, so a change of results needs a new version.
     isolate : bool, optional
-        True: native code that may crash. The command line and `simulate_objects` then run it in a process of its own,
-        where a crash costs one object and not the run; for that it can be pickled. A call of ``drop`` itself always
-        runs where it is made.
+        True for native code that may crash. The command line and `simulate_objects` then run it in a separate process,
+        where a crash costs one object and not the run; for that it must be picklable. A direct call of ``drop`` always
+        runs in the calling process.
     sphere_limit : int, optional
-        Settled spheres that end a run for features, where the simulator needs a limit of its own.
+        Settled spheres that end a run for features, if the simulator needs its own limit.
     as_drawn : bool, optional
-        An option of a simulator that may drop spheres in another order than their columns are drawn in, which True
-        forbids; spheres of runs to the end that become features are dropped so.
+        An option of a simulator that may drop spheres in another order than that in which their columns are drawn; True
+        forbids that. Runs to the end whose spheres become features set it.
     """
 
     name: str
     version: str
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
-        """Drop spheres on a cloud until one of the limits is reached, in this order: misses, spheres, drops.
+        """Drop spheres on a cloud until one of the limits is reached, checked in this order: misses, spheres, drops.
 
-        Columns are drawn uniformly over the bounding box, a sphere comes straight down its column, and one at rest is
-        static for ever. A sphere at rest keeps off the points by its radius, may rest on spheres alone only while its
-        centre is within the bounding box (else `Outcome.REJECTED`), and one that reaches the ground z = 0 beside the
+        Columns are drawn uniformly over the bounding box, each sphere falls straight down its column, and a sphere at
+        rest is static for ever. A sphere at rest does not overlap the points. It may rest on spheres alone only if its
+        centre is within the bounding box (else `Outcome.REJECTED`). A sphere that reaches the ground z = 0 next to the
         object has rolled off. The limits cut a run short and change nothing else: the drops of a shorter run are the
-        first ones of a longer, at least of one with the attribute ``as_drawn``.
+        first ones of a longer run, at least with the attribute ``as_drawn``.
 
         Parameters
         ----------
         cloud : Cloud
-            Points in metres, z up, standing on z = 0, with ``cloud.mesh`` where there is one; left as it was.
+            Points in metres, z up, standing on z = 0, with ``cloud.mesh`` if there is a mesh; it is not changed.
         settings : DropSettings
         seed : int
             The same cloud, settings and seed give the same result, bit for bit, on one machine. The order of the
-            points does not matter, another seed gives other spheres.
+            points does not matter; another seed gives other spheres.
 
         Raises
         ------
         InputError
-            In one line, if nothing can be dropped on this cloud; of a sphere larger than it by `require_fitting`.
+            In one line, if nothing can be dropped on this cloud; `require_fitting` raises it for a sphere that is
+            larger than the cloud.
         """
         ...
 
     def options(self) -> dict[str, Any]:
         """Return the options of this simulator (shape, time step, …) as JSON values.
 
-        Results are kept under them, so all that decides where spheres settle is among them.
+        Results are cached under them, so they must include everything that decides where spheres settle.
         """
         ...
 
@@ -181,7 +183,7 @@ def one_by_one(simulator: Simulator) -> Simulator:
 
 
 def require_fitting(cloud: Cloud, radius: float):
-    """Raise InputError if a sphere of a radius in metres is larger than the whole object."""
+    """Raise InputError if a sphere, by its radius in metres, is larger than the whole object."""
     if radius > cloud.size.max():
         raise InputError(
             f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
@@ -190,7 +192,7 @@ def require_fitting(cloud: Cloud, radius: float):
 
 
 def isolated(simulator: Simulator) -> bool:
-    """Return whether a simulator is declared to run in a process of its own."""
+    """Return whether a simulator declares that it must run in a separate process."""
     return getattr(simulator, "isolate", False)
 
 
@@ -206,7 +208,7 @@ def backend_entry_points() -> dict[str, EntryPoint]:
 
 
 def backend_names(text: str) -> list[str]:
-    """Return the backends of a comma-separated list such as ``fast,bullet``, without repeats."""
+    """Return the backends of a comma-separated list such as ``fast,bullet``, without duplicates."""
     names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     if not names:
         raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")

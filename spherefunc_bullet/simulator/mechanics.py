@@ -1,6 +1,6 @@
 """Mechanics: stable poses, standing and carrying of an object that is free to move.
 
-An optional part of the interface: a backend has the method or has it not, and `require_ability` says so in one line.
+They are optional parts of the interface: `require_ability` raises a clear error for a backend without the method.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ..errors import InputError
 from ..formats.units import format_mass
 from . import Simulator, backend_entry_points, make_simulator
 
-AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
-LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
-CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
-OVERLOAD, OVERLOADED = 1000.0, 100.0  # kg, and own masses: who asks whether it tips under more means no load at all
+AREA_DENSITY = 5.0  # kg/m2 of each face: a wooden board 15 mm thick has 10 on its two sides together
+LEVEL = 5e-3  # of the extent: points no higher above the lowest corner are on the ground
+CARRIED_ACROSS = 16.0  # radii per largest extent: 6 mm for a mug; smaller spheres would stay behind the rim of a tray
+OVERLOAD, OVERLOADED = 1000.0, 100.0  # kg, and in own masses: an object that tips under no smaller load never tips
 KINDS = {
     "poses": "tell poses",
     "stands": "tell whether it stands",
@@ -64,7 +64,7 @@ class PoseSettings(CheckedSettings):
     matter: Material = field(default_factory=Material)
     # In sqrt(extent / g), after which a drop is given up: 32 s for an extent of 1 m.
     time_limit: float = amount(100.0, above=0.0)
-    least: float = amount(0.002, most=1)  # poses less likely than that, by drops and by statics, are left out
+    least: float = amount(0.002, most=1)  # poses that are less likely, by drops and by statics, are omitted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,7 +73,7 @@ class Pose:
 
     rotation: np.ndarray  # (3, 3), from the cloud's frame to that of the object as it lies, z up
     probability: float  # by the backend
-    statics: float  # the same where nothing has speed
+    statics: float  # probability by statics, for motion without speed
 
     @property
     def tilt_deg(self) -> float:
@@ -85,7 +85,7 @@ class Pose:
 class Result:
     """The common part of all results: notes, seconds and provenance."""
 
-    notes: tuple[str, ...]  # what a reader has to know of the object
+    notes: tuple[str, ...]  # remarks on the object for the user
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
 
@@ -102,9 +102,9 @@ class PoseResult(Result):
 class Stance(StrEnum):
     """Whether an object stands, leans, tips or rolls when it is put on level ground."""
 
-    STANDS = "stands"  # keeps the pose it came in, or comes back to it, as a bowl with a round bottom does
+    STANDS = "stands"  # keeps its given pose, or returns to it, as a bowl with a round bottom does
     ROCKS = "rocks"  # leans over a little, and stands so
-    ROLLS = "rolls"  # has no pose of its own among many, as a ball
+    ROLLS = "rolls"  # has no preferred pose, as a ball
     TIPS = "tips"  # ends in another pose
     MOVES = "moves"  # has not come to rest within the time limit
 
@@ -115,10 +115,10 @@ class StandSettings(CheckedSettings):
 
     load: float = amount(0.0)  # kg, at each place in turn
     matter: Material = field(default_factory=Material)
-    tilt_deg: float = amount(1.0, above=0.0)  # more than that is no longer the pose it came in
-    rocking_deg: float = 10.0  # more than that is tipping
+    tilt_deg: float = amount(1.0, above=0.0)  # an object with a larger tilt has left its given pose
+    rocking_deg: float = 10.0  # an object with a larger tilt has tipped
     time_limit: float = amount(60.0, above=0.0)  # in sqrt(extent / g)
-    most_places: int = amount(100, least=1)  # that the load is set on, evenly chosen
+    most_places: int = amount(100, least=1)  # largest number of places for the load, evenly chosen
 
     def __post_init__(self):
         super().__post_init__()
@@ -130,12 +130,12 @@ class StandResult(Result):
     """Whether an object stands, alone and with a load."""
 
     stance: Stance
-    tilt_deg: float  # between the pose it came in and the one it ended in
+    tilt_deg: float  # between the given pose and the final one
     mass: float  # kg
-    margin: float  # metres from where its weight acts to the nearest edge it would tip over; below 0 beyond it
-    places: np.ndarray  # (P, 3) where the load was set, metres, the cloud's frame
-    carries: np.ndarray  # (P,) bool: under the load it keeps the pose in which it stands alone
-    tipping_load: np.ndarray  # (P,) kg at which it leaves its pose by statics, infinite where no load does
+    margin: float  # metres from where the weight acts to the nearest edge over which it would tip; negative beyond it
+    places: np.ndarray  # (P, 3) of the load, metres, in the frame of the cloud
+    carries: np.ndarray  # (P,) bool: whether it keeps, under the load, the pose in which it stands alone
+    tipping_load: np.ndarray  # (P,) kg, smallest load at which it leaves its pose by statics; infinite if none does
 
     @property
     def share(self) -> float | None:
@@ -144,12 +144,12 @@ class StandResult(Result):
 
     @property
     def tips_from(self) -> float:
-        """The smallest load that tips the object at any of the places, kg; infinite where none does."""
+        """The smallest load that tips the object at any of the places, kg; infinite if none does."""
         return float(self.tipping_load.min(initial=math.inf))
 
     @property
     def tipping_words(self) -> str:
-        """From which load on it tips, in words; none where it does not stand, or where no load was set on it."""
+        """The smallest tipping load in words; empty if the object does not stand, or no load was put on it."""
         if self.stance not in (Stance.STANDS, Stance.ROCKS) or not len(self.places):
             return ""
         if self.tips_from >= min(OVERLOAD, OVERLOADED * self.mass):
@@ -161,17 +161,17 @@ class StandResult(Result):
 class CarrySettings(CheckedSettings):
     """How a filled object is carried: tilted to all sides, farther each time, and shaken."""
 
-    radius: float | None = amount(None, above=0.0)  # of the spheres, metres; None: as the object is large
-    spheres: int = amount(300, least=1)  # that it is filled with at most
-    fill: float = amount(0.9, above=0.0, most=1.0)  # of the spheres that it holds: to the brim, every vessel spills
+    radius: float | None = amount(None, above=0.0)  # of the spheres, metres; None: by the size of the object
+    spheres: int = amount(300, least=1)  # largest number for filling
+    fill: float = amount(0.9, above=0.0, most=1.0)  # of the spheres that it holds; a vessel full to the brim spills
     angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
-    # Of tilting and turning; at 1 a turn takes 26 to 120 sqrt(radius / g), at 0.1 ten times as long.
+    # Speed of tilting and turning: with 1 a turn takes 26 to 120 sqrt(radius / g), with 0.1 ten times as long.
     haste: float = amount(1.0, above=0.0, most=2.0)
     shake: float = amount(0.01)  # metres, amplitude along x, y and z
     frequency: float = amount(3.0, above=0.0)  # Hz
     friction: float = amount(0.5)
     restitution: float = amount(0.0, most=0.9)
-    density: float = amount(1000.0, above=0.0)  # kg/m3 of the spheres: it changes nothing on an object that is held
+    density: float = amount(1000.0, above=0.0)  # kg/m3 of the spheres; it does not influence their motion
 
     def __post_init__(self):
         super().__post_init__()
@@ -185,18 +185,18 @@ class CarrySettings(CheckedSettings):
 class CarryResult(Result):
     """The share of its filling that an object kept."""
 
-    filled: int  # spheres that were in it, without those on its rim, its handle or its saucer
+    filled: int  # number of spheres in it, without those on its rim, its handle or its saucer
     radius: float  # of the spheres, metres
-    holds: float  # volume in which spheres cannot leave it without rising, of that if its walls had no holes; 0 to 1
+    holds: float  # volume that spheres cannot leave without rising, relative to that without holes in the walls; 0 to 1
     angles_deg: tuple[float, ...]
-    kept: tuple[float, ...]  # share still in it after each angle, of what it would be filled with without holes
+    kept: tuple[float, ...]  # share still in it after each angle, relative to its filling without holes
     kept_shaken: float  # share after it was shaken and set down
-    centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, the object's frame
+    centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, in the frame of the object
     weight: float  # kg, of the spheres that stayed
 
 
 def carry_radius(cloud: Cloud) -> float:
-    """Return the radius of the spheres with which an object is filled, metres."""
+    """Return the default radius of the spheres with which an object is filled, metres."""
     return float(cloud.size.max()) / CARRIED_ACROSS
 
 
@@ -233,7 +233,7 @@ def require_ability(simulator: str | Simulator, ability: str) -> Simulator:
     Raises
     ------
     InputError
-        If it has not.
+        If it lacks the ability.
     """
     simulator = make_simulator(simulator)
     if not callable(getattr(simulator, ability, None)):
@@ -243,7 +243,7 @@ def require_ability(simulator: str | Simulator, ability: str) -> Simulator:
 
 
 def able_backends(ability: str) -> Sequence[str]:
-    """Return the names of the registered backends that have an ability, those that can be imported."""
+    """Return the names of the registered backends that can be imported and have an ability."""
     able = []
     for name, point in sorted(backend_entry_points().items()):
         try:

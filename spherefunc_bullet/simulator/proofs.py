@@ -1,7 +1,7 @@
 """Proofs: a backend may test a place by using it.
 
-An optional part of the interface, as the mechanics are: a backend has the method `prove` or has it not. A use is what
-is tried, in the frame of the cloud; where uses come from no backend knows.
+They are an optional part of the interface, like the mechanics: the method `prove`. A use describes what is tried, in
+the frame of the cloud; a backend does not need to know where uses come from.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from .mechanics import CheckedSettings, amount
 
-HELD = ""  # why it did not hold: nothing
+HELD = ""  # value of `why` for a use that held
 REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 
@@ -23,14 +23,14 @@ REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 class ProofSettings(CheckedSettings):
     """How places are tested."""
 
-    person: float = amount(1.75, least=0.6, most=2.5)  # metres, how tall a sitter is
-    sitting_time: float = amount(1.0, above=0.0)  # seconds after which a sitter is looked at
-    lean: float = amount(40.0)  # newtons, by which a sitter 1.75 m tall is then pushed from each side
+    person: float = amount(1.75, least=0.6, most=2.5)  # metres, height of a sitter
+    sitting_time: float = amount(1.0, above=0.0)  # seconds after which a sitter is checked
+    lean: float = amount(40.0)  # newtons, with which a sitter 1.75 m tall is then pushed from each side
     friction: float = amount(0.6)  # cloth on wood; a mug on wood
-    put_time: float = amount(1.0, above=0.0)  # seconds to the look at what was put down, and as long after the push
+    put_time: float = amount(1.0, above=0.0)  # seconds to the check of what was put down; half as long after the push
     push: float = amount(1.0)  # newtons
-    spheres: int = amount(60, least=1)  # that stand for what is poured, at most
-    kept: float = amount(0.9, most=1.0)  # share of the spheres that has to be inside at the end
+    spheres: int = amount(60, least=1)  # number of spheres that are poured
+    kept: float = amount(0.9, most=1.0)  # share of the spheres that must be inside at the end
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +56,7 @@ class PourUse:
     position: np.ndarray  # (3,) of the spout, metres
     radius: float  # of the opening about the spout
     volume: float  # m3 that is poured
-    low: np.ndarray  # (3,) corner of the box about what is inside
+    low: np.ndarray  # (3,) corner of the box around the inside
     high: np.ndarray  # (3,)
 
 
@@ -68,8 +68,8 @@ class ProofResult:
     """The result of testing one use."""
 
     held: bool
-    why: str  # one of `REASONS`; nothing where it held
-    moved: float  # metres; of poured spheres, the share that is not inside
+    why: str  # one of `REASONS`; empty if it held
+    moved: float  # metres; for poured spheres, the share that is not inside
     tilt_deg: float
 
 

@@ -14,10 +14,10 @@ from ...clouds.thinning import one_per_cell
 from ...errors import InputError, explaining
 from ..mechanics import Material
 
-CORNERS = 300  # of a hull at most: what more of them would change is less than a degree
-THIN = 1e-4  # of the largest extent: what is thinner has no hull
-PATCH = 0.01  # metres: the side of the square for which a point of a cloud stands
-LOOSE = 0.02  # metres between parts, or of the largest extent where that is more: less may be a joint
+CORNERS = 300  # largest number of corners of a hull; more would change results by less than a degree
+THIN = 1e-4  # of the largest extent: thinner objects have no hull
+PATCH = 0.01  # metres: side of the square that a point of a cloud represents
+LOOSE = 0.02  # metres or, if larger, of the largest extent: distance between loose parts; a smaller gap may be a joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Body:
 
     @property
     def extent(self) -> float:
-        """The largest extent of its box, metres."""
+        """The largest extent of its bounding box, metres."""
         return float(np.ptp(self.corners, axis=0).max())
 
     def turned(self, rotation: np.ndarray) -> Body:
@@ -50,35 +50,36 @@ class Body:
 
 
 def body_of(cloud: Cloud, matter: Material) -> Body:
-    """Return a cloud's object as a rigid body, its mass spread evenly over its surface.
+    """Return an object as a rigid body, with its mass spread evenly over its surface.
 
-    A shell and what is solid differ in where their weight acts; models of objects are mostly shells, and open ones.
+    The weight of a solid would act elsewhere, but models of objects are mostly shells, and often open ones.
 
     Raises
     ------
     InputError
-        If it is flat: a sheet has no hull.
+        If it is flat, since a sheet has no hull.
     """
     triangles, notes = surface_of(cloud), []
     if triangles is None:
         points = cloud.thinned(PATCH)
         weights = np.full(len(points), PATCH**2)
-        center, spread = moments_of_points(points, weights)
+        center = weights @ points / weights.sum()
+        arms = points - center
+        spread = np.einsum("t,ti,tj->ij", weights, arms, arms)
         notes.append("a cloud alone: what the sensor did not see has no weight")
     else:
         weights, center, spread = moments_of_triangles(triangles)
     corners = hull_corners(cloud.points if cloud.mesh is None else cloud.mesh.vertices, cloud.name)
     area = float(weights.sum())
     mass = matter.area_density * area if matter.mass is None else matter.mass
-    parts = loose_parts(cloud)
-    if parts > 1:
+    if (parts := loose_parts(cloud)) > 1:
         notes.append(f"{parts} loose parts, taken as one rigid body")
     inertia = mass / area * (np.trace(spread) * np.eye(3) - spread)
     return Body(cloud.name, mass, center, inertia, corners, tuple(notes))
 
 
 def surface_of(cloud: Cloud) -> np.ndarray | None:
-    """Return the triangles (T, 3, 3) of a cloud's mesh, or None where it has none."""
+    """Return the triangles (T, 3, 3) of a cloud's mesh; None if it has no mesh."""
     return None if cloud.mesh is None else cloud.mesh.vertices[cloud.mesh.faces]
 
 
@@ -93,20 +94,13 @@ def moments_of_triangles(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return areas, center, (corners + np.einsum("t,ti,tj->ij", areas, sums, sums)) / 12
 
 
-def moments_of_points(points: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the centre (3,) of points and their second moment about it (3, 3)."""
-    center = weights @ points / weights.sum()
-    arms = points - center
-    return center, np.einsum("t,ti,tj->ij", weights, arms, arms)
-
-
 def steiner(mass: float, arm: np.ndarray) -> np.ndarray:
     """Return the inertia (3, 3) of a mass at the end of an arm (3,)."""
     return mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
 
 
 def hull_corners(points: np.ndarray, name: str) -> np.ndarray:
-    """Return the corners (V, 3) of the convex hull of points (N, 3), at most `CORNERS` that lie well apart.
+    """Return the corners (V, 3) of the convex hull of points (N, 3); of many, `CORNERS` that are well apart.
 
     Raises
     ------
@@ -124,7 +118,7 @@ def hull_corners(points: np.ndarray, name: str) -> np.ndarray:
 
 
 def spread_out(points: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices, ascending, of this many points (N, 3), each the farthest from those before it."""
+    """Return the indices, ascending, of ``count`` points (N, 3), each chosen as the farthest from the previous ones."""
     chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
     distances = np.full(len(points), np.inf)
     for _ in range(count - 1):
@@ -134,7 +128,7 @@ def spread_out(points: np.ndarray, count: int) -> np.ndarray:
 
 
 def loose_parts(cloud: Cloud) -> int:
-    """Return in how many parts an object's surface falls that lie apart."""
+    """Return the number of separate parts of an object's surface."""
     apart = max(LOOSE, LOOSE * float(cloud.size.max()))
     cells = np.floor(one_per_cell(cloud.points, apart, cloud.bounds) * (1 / apart))
     pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # a cell and the 26 around it

@@ -1,7 +1,8 @@
-"""The facets of a body's convex hull: on which it can rest, and to which it rolls from the others.
+"""The facets of a body's convex hull: those on which it can rest, and those to which it rolls from the others.
 
-A pose up to turns about the vertical is the direction that points down, a unit vector in the body's frame. Resting on a
-facet, its outward normal points down, and the centre of mass is as high as the facet is far from it.
+A pose, up to a rotation about the vertical, is given by the direction that points down, a unit vector in the body's
+frame. If a body rests on a facet, the outward normal of the facet points down, and the height of the centre of mass is
+its distance from the facet.
 """
 
 from __future__ import annotations
@@ -18,30 +19,31 @@ from ...clouds.preparation import rotation_to_z
 from ..mechanics import Pose, PoseSettings
 from .body import Body
 
-TURN_DEG = 35.0  # between neighbouring poses of one way to lie: a prism of eleven sides is round
-SILL = 0.04  # of the height of the centre of mass: how much it may rise between them
-TOUCH = 1e-6  # of the extent: by how much a weight may act beyond an edge through rounding
-BUMP = 0.02  # of the extent: how much the centre of mass rises at most between neighbouring facets of a round bottom
+TURN_DEG = 35.0  # largest angle between neighbouring facets of one pose: a prism with eleven sides counts as round
+SILL = 0.04  # of the height of the centre of mass: largest rise between them
+TOUCH = 1e-6  # of the extent: tolerance for a weight that acts beyond an edge due to rounding
+AWAY_DEG = 3.0  # smallest angle from all facets on which a body could rest at which it is balanced, not at rest
+BUMP = 0.02  # of the extent: largest rise of the centre of mass between neighbouring facets of a round bottom
 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """The triangles of a hull, about the body's centre of mass, lengths in the body's largest extent."""
+    """The triangles of a hull, about the body's centre of mass, with lengths in units of the body's largest extent."""
 
     corners: np.ndarray  # (V, 3)
     triangles: np.ndarray  # (F, 3) of corners
     neighbors: np.ndarray  # (F, 3) of facets; the one across the edge opposite each corner
     normals: np.ndarray  # (F, 3) outward
-    heights: np.ndarray  # (F,) of the centre of mass when it rests on each
+    heights: np.ndarray  # (F,) of the centre of mass when the body rests on each facet
 
     @cached_property
     def beyond(self) -> np.ndarray:
-        """How far the weight acts beyond each edge of the facet it rests on, (F, 3); below 0 within."""
+        """How far the weight acts beyond each edge of the facet on which the body rests, (F, 3); negative inside."""
         across = [self._outward(side) for side in range(3)]
         return np.stack([np.einsum("fi,fi->f", out, -start) for start, out in across], axis=1)
 
     def _outward(self, side: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return a point of the edge opposite a corner, and the unit vector in the facet that leaves it there."""
+        """Return a point of the edge opposite a corner, and the unit vector in the facet that points out over it."""
         start, end, apex = (self.corners[self.triangles[:, (side + k) % 3]] for k in (1, 2, 0))
         out = np.cross(end - start, self.normals)
         out *= np.sign(np.einsum("fi,fi->f", out, start - apex))[:, None]
@@ -49,7 +51,7 @@ class Facets:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """The number of the flat face of the hull that each facet is a part of, (F,)."""
+        """The number of the flat face of the hull that contains each facet, (F,)."""
         here, there = np.repeat(np.arange(len(self.heights)), 3), self.neighbors.ravel()
         coplanar = np.abs(self.normals[here] - self.normals[there]).max(axis=1) < TOUCH
         coplanar &= np.abs(self.heights[here] - self.heights[there]) < TOUCH
@@ -63,17 +65,19 @@ class Facets:
 
     @cached_property
     def rests_on(self) -> np.ndarray:
-        """To which facet a body rolls from each, (F,); itself where it rests.
+        """The facet to which a body rolls from each facet, (F,); the facet itself if the body rests on it.
 
-        It rolls over the edges of a whole face. Within it, every facet is as good as another: a weight that acts beyond
-        one part of a square foot may act within the other part, and one that acts beyond the foot holds on neither.
+        A body rolls over the edges of a whole face, not over those between its facets: a weight that acts beyond one
+        half of a square foot may act within the other half, and one beyond the foot is held by neither.
         """
         rows = np.arange(len(self.heights))
         inner = self.faces[self.neighbors] == self.faces[:, None]
         beyond = np.where(inner, -np.inf, self.beyond)
         by_face = np.lexsort((-beyond.max(axis=1), self.faces))
         _, first = np.unique(self.faces[by_face], return_index=True)
-        edge_of = by_face[first][self.faces]  # the facet at the edge of its face beyond which the weight acts farthest
+        edge_of = by_face[first][
+            self.faces
+        ]  # the facet of each face with the edge beyond which the weight acts farthest
         side = beyond[edge_of].argmax(axis=1)
         following = self.neighbors[edge_of, side]
         rolls = (beyond[edge_of, side] > TOUCH) & (self.heights[following] < self.heights - 1e-12)
@@ -89,7 +93,7 @@ class Facets:
 
     @cached_property
     def sills(self) -> np.ndarray:
-        """The height of the centre of mass on the way over each edge, (F, 3)."""
+        """The largest height of the centre of mass when the body rolls over each edge, (F, 3)."""
         heights = np.empty_like(self.beyond)
         for side in range(3):
             start, end = (self.corners[self.triangles[:, (side + k) % 3]] for k in (1, 2))
@@ -107,25 +111,25 @@ class Facets:
 
     @cached_property
     def pose_numbers(self) -> np.ndarray:
-        """The number of the way to lie that each facet leads to, (F,): facets between which it rolls at a touch."""
+        """The number of the pose to which each facet leads, (F,); a body rolls easily within a pose."""
         one, other, rise, lower = self._steps
         alike = rise < SILL * lower
         return self._joined(one[alike], other[alike])[self.rests_on]
 
     @cached_property
     def bottoms(self) -> np.ndarray:
-        """The number of the round bottom that each facet leads to, (F,), if it is one: what a mesh makes facets of.
+        """The number of the round bottom to which each facet leads, (F,), if it is one that a mesh approximates.
 
-        The bumps between facets of a round bottom are small against the whole object, however shallow it is.
+        The bumps between the facets of a round bottom are small compared to the object, however shallow it is.
         """
         one, other, rise, _ = self._steps
         return self._joined(one[rise < BUMP], other[rise < BUMP])[self.rests_on]
 
     @cached_property
     def _steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The pairs (E,) of resting facets that a small turn leads from and to, the rise on the way, the lower height.
+        """The pairs (E,) of resting facets connected by a small rotation, the rise on the way, and the lower height.
 
-        The rise is from the lower one: no chain of ledges leads from upright to lying.
+        The rise is relative to the lower facet, so that no chain of ledges leads from upright to lying.
         """
         here, there = np.repeat(np.arange(len(self.heights)), 3), self.neighbors.ravel()
         one, other = self.rests_on[here], self.rests_on[there]
@@ -134,27 +138,27 @@ class Facets:
         return one[near], other[near], (self.sills.ravel() - lower)[near], lower[near]
 
     def _joined(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return in which group each facet is, (F,), when pairs (E,) of them are of one group."""
+        """Return the number of the group of each facet, (F,), given pairs (E,) of facets in the same group."""
         count = len(self.heights)
         links = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
         return connected_components(links, directed=False)[1]
 
     def lowest(self, number: int) -> int:
-        """Return the facet of a way to lie on which the centre of mass is lowest, of equal ones the first."""
+        """Return the facet of a pose with the lowest centre of mass, the first of equal ones."""
         of_pose = self.stable[self.pose_numbers[self.stable] == number]
         return int(of_pose[np.round(self.heights[of_pose], 6).argmin()])
 
     def nearest(self, down: np.ndarray) -> np.ndarray:
-        """Return the resting facet whose normal is nearest to each direction (N, 3) that points down."""
+        """Return the resting facet whose normal is nearest to each downward direction (N, 3)."""
         return self.stable[(down @ self.normals[self.stable].T).argmax(axis=1)]
 
     def pierced(self, down: np.ndarray) -> np.ndarray:
-        """Return the facet that each direction (N, 3) from the centre of mass goes through."""
+        """Return the facet that a ray from the centre of mass in each direction (N, 3) hits."""
         reach = self.heights / np.maximum(down @ self.normals.T, 1e-300)
         return np.where(down @ self.normals.T > 1e-12, reach, np.inf).argmin(axis=1)
 
     def solid_angles(self) -> np.ndarray:
-        """Return the share of all directions from the centre of mass that each facet takes, (F,)."""
+        """Return the share of the full solid angle that each facet covers, seen from the centre of mass, (F,)."""
         a, b, c = (self.corners[self.triangles[:, k]] for k in range(3))
         la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
         ab, bc, ca = (np.einsum("fi,fi->f", *pair) for pair in ((a, b), (b, c), (c, a)))
@@ -173,45 +177,33 @@ def facets_of(body: Body) -> Facets:
     return Facets(corners, hull.simplices, hull.neighbors, hull.equations[:, :3], -hull.equations[:, 3])
 
 
-AWAY_DEG = 3.0  # from every facet it could rest on: a body that is still so far off is balanced, not at rest
-
-
 def stable_poses(facets: Facets, settings: PoseSettings, counts: np.ndarray | None = None) -> tuple[Pose, ...]:
-    """Return the poses that are likely enough, the likeliest first.
+    """Return the poses that are likely enough, the most probable first.
 
     Parameters
     ----------
     counts : (W,) float, optional
-        Share of an engine's drops that ended in each way to lie; without it statics is the answer.
+        Share of an engine's drops that ended in each pose; by default the probabilities are those of statics.
     """
     statics = np.bincount(facets.pose_numbers, weights=facets.solid_angles())
-    shares = statics if counts is None else counts
-    likely = [
-        number
-        for number in np.unique(facets.pose_numbers[facets.stable])
-        if max(shares[number], statics[number]) >= settings.least
-    ]
-    poses = [
-        Pose(
-            rotation=turned_down(facets.normals[facets.lowest(number)]),
-            probability=float(shares[number]),
-            statics=float(statics[number]),
-        )
-        for number in likely
-    ]
+    shares, poses = statics if counts is None else counts, []
+    for number in np.unique(facets.pose_numbers[facets.stable]):
+        if max(shares[number], statics[number]) >= settings.least:
+            rotation = turned_down(facets.normals[facets.lowest(number)])
+            poses.append(Pose(rotation=rotation, probability=float(shares[number]), statics=float(statics[number])))
     return tuple(sorted(poses, key=lambda pose: (-round(pose.probability, 9), -round(pose.statics, 9))))
 
 
 def share_of_rests(facets: Facets, down: np.ndarray) -> np.ndarray:
-    """Return in which share of rests, directions (N, 3) that point down, a body lay in each way, (W,)."""
+    """Return the share (W,) of downward directions (N, 3) of a body at rest that belongs to each pose."""
     pose_numbers = facets.pose_numbers[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
     return np.bincount(pose_numbers, minlength=facets.pose_numbers.max() + 1) / max(1, len(down))
 
 
 def at_rest(facets: Facets, down: np.ndarray) -> np.ndarray:
-    """Return which directions (N, 3) that point down are those of a body that rests and is not balanced, (N,) bool.
+    """Return whether a body with each downward direction (N, 3) rests, and is not just balanced, (N,) bool.
 
-    What is round may be held between two of its facets, by friction of rolling, hardly higher than on either.
+    Rolling friction may hold a round body between two of its facets, hardly higher than on either.
     """
     nearest = facets.nearest(down)
     turn = np.einsum("ni,ni->n", down, facets.normals[nearest])

@@ -1,8 +1,8 @@
-"""Round bottoms, of which a mesh makes facets: whether they roll, and to which pose they right themselves.
+"""Round bottoms, which a mesh approximates by facets: whether they roll, and to which pose they right themselves.
 
-A facet of a round bottom is no rest: a bowl does not lean on the triangle that it happens to have been put on. Its
-corners lie on the surface that was meant, so that this is known. The object is at rest where the surface is nearest to
-its centre of mass, and stable where that lies below the centre of curvature.
+An object does not rest on a facet of a round bottom: a bowl does not lean on the triangle on which it happens to be
+put. The corners of the facets lie on the intended surface, which can be fitted to them. The object is at rest where
+this surface is nearest to its centre of mass, and stable if the centre of mass is below the centre of curvature.
 """
 
 from __future__ import annotations
@@ -13,39 +13,39 @@ import numpy as np
 
 from .facets import TURN_DEG, Facets
 
-ALIKE = 4.0  # times as large as the faces around it: what is larger is a foot, and no face that a mesh has made
-CLEAR = 1 / 3  # of the largest turn at a bottom: what turns less is an unevenness
-RIM = 0.6  # of the farthest corner around: a bottom that turns only farther out than that is flat
-FEWEST = 10  # corners: a polynomial of six terms fits six of them however they lie
-FLATTEST = 3.0  # extents, the radius of curvature: what is flatter is a foot that is not quite level
-MISFIT = 0.01  # of the radius of curvature: corners are no farther, root mean square, from the surface that was meant
-NEUTRAL = 0.02  # of the radius of curvature: a centre of mass that is no lower below its centre rights nothing
-ROLLING = 0.005  # of the height of the centre of mass: who rises no more than that on the way to another pose rolls
-ROLLS_DEG = 45.0  # how far that pose is at least; what is nearer may be a way to rock
+ALIKE = 4.0  # ratio of areas: a face that exceeds those around it by more is a foot, not a facet of a round surface
+CLEAR = 1 / 3  # of the largest angle between facets at a bottom: smaller angles are unevenness
+RIM = 0.6  # of the distance of the farthest corner: a bottom that bends only farther out is flat
+FEWEST = 10  # corners: a polynomial with six terms fits any six of them
+FLATTEST = 3.0  # extents, the radius of curvature: flatter bottoms are feet that are not quite level
+MISFIT = 0.01  # of the radius of curvature: largest root mean square distance of corners from the fitted surface
+NEUTRAL = 0.02  # of the radius of curvature: depth of the centre of mass below its centre that is needed for righting
+ROLLING = 0.005  # of the height of the centre of mass: largest rise on the way to another pose of a body that rolls
+ROLLS_DEG = 45.0  # smallest angle to that pose; towards nearer poses a body may just rock
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RestState:
-    """How a body is at rest."""
+    """The state of a body at rest."""
 
     down: np.ndarray  # (3,) the direction of the body that points down
-    flat: bool = True  # on a face of its hull, of which statics is exact
+    flat: bool = True  # on a face of its hull, for which statics is exact
     rolls: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NearestPoint:
-    """Where a smooth surface is nearest to the centre of mass."""
+    """The point of a smooth surface that is nearest to the centre of mass."""
 
-    down: np.ndarray  # (3,) the direction
-    rise: float  # share of the radius of curvature by which the centre of mass is below its centre, where that is least
-    radius: float  # of the sphere that fits the surface best, extents
-    misfit: float  # of the radius: how far corners are from the surface, root mean square
-    roughness: float  # the same, from the sphere
+    down: np.ndarray  # (3,) its direction
+    rise: float  # smallest depth of the centre of mass below the centre of curvature, relative to the radius
+    radius: float  # of the best-fitting sphere, extents
+    misfit: float  # root mean square distance of the corners from the surface, relative to the radius
+    roughness: float  # the same from the sphere
 
 
 def rest_at(facets: Facets, facet: int) -> RestState:
-    """Return how a body is at rest whose hull has come to lie on one of its resting facets."""
+    """Return the state of a body that has come to rest on one of its resting facets."""
     lying = RestState(down=facets.normals[facet])
     if rolls_away(facets, facet):
         return RestState(down=lying.down, flat=False, rolls=True)
@@ -53,19 +53,21 @@ def rest_at(facets: Facets, facet: int) -> RestState:
     around = extended(facets, bottom)
     farther = extended(facets, around)
     if len(around) == len(bottom) or is_foot(facets, bottom, around) or has_even_middle(facets, bottom, farther):
-        return lying  # the tip of a cone, too, on which nothing stands
+        return lying  # also for the tip of a cone
     corners = facets.corners[np.unique(facets.triangles[farther])]
     surface = nearest_surface(corners, facets.normals[bottom].mean(axis=0))
     if len(corners) < FEWEST or surface.radius > FLATTEST or surface.misfit > MISFIT:
         return lying
-    if abs(surface.rise) < NEUTRAL and surface.roughness < MISFIT:  # a ball; what else wanders has been found
+    if (
+        abs(surface.rise) < NEUTRAL and surface.roughness < MISFIT
+    ):  # a ball; `rolls_away` has found other rolling bodies
         return RestState(down=lying.down, flat=False, rolls=True)
     near = (facets.normals[bottom] @ surface.down).max() > np.cos(np.radians(TURN_DEG / 2))
     return RestState(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
 
 
 def rolls_away(facets: Facets, rest: int) -> bool:
-    """Return whether a body rolls from the facet it rests on to one that is far from it, at a touch."""
+    """Return whether a body rolls easily from the facet on which it rests to a distant one."""
     left, seen = [rest], {rest}
     limit, level = facets.heights[rest] * (1 + ROLLING), facets.heights[rest] * (1 - ROLLING)
     while left:
@@ -73,14 +75,14 @@ def rolls_away(facets: Facets, rest: int) -> bool:
         if facets.normals[facets.rests_on[facet]] @ facets.normals[rest] < np.cos(np.radians(ROLLS_DEG)):
             return True
         low = facets.neighbors[facet][facets.sills[facet] <= limit]
-        low = low[facets.heights[facets.rests_on[low]] >= level]  # what ends lower has tipped
-        left += [int(facet_number) for facet_number in low if facet_number not in seen]
-        seen.update(int(facet_number) for facet_number in low)
+        low = low[facets.heights[facets.rests_on[low]] >= level]  # a body that ends lower has tipped
+        left += [number for number in low.tolist() if number not in seen]
+        seen.update(low.tolist())
     return False
 
 
 def bottom_of(facets: Facets, facet: int) -> np.ndarray:
-    """Return the facets (K,) of the round bottom of which one is a part: those no far turn from the lowest near it."""
+    """Return the facets (K,) of the round bottom that contains a facet: those near the lowest one around it."""
     rests = facets.stable[facets.bottoms[facets.stable] == facets.bottoms[facet]]
     close = rests[facets.normals[rests] @ facets.normals[facet] > np.cos(np.radians(TURN_DEG))]
     lowest = close[facets.heights[close].argmin()]
@@ -89,20 +91,20 @@ def bottom_of(facets: Facets, facet: int) -> np.ndarray:
 
 
 def extended(facets: Facets, bottom: np.ndarray) -> np.ndarray:
-    """Return facets (K,) and those to which the hull goes on at a small turn, a face as a whole."""
+    """Return facets (K,) and the faces to which the hull continues from them at a small angle."""
     beyond = facets.neighbors[bottom]
     smooth = np.einsum("ksi,ki->ks", facets.normals[beyond], facets.normals[bottom]) > np.cos(np.radians(TURN_DEG))
     return np.flatnonzero(np.isin(facets.faces, facets.faces[np.append(bottom, beyond[smooth])]))
 
 
 def is_foot(facets: Facets, bottom: np.ndarray, around: np.ndarray) -> bool:
-    """Return whether one of the faces on which a body can rest, of facets (K,), is a foot: larger than those around."""
+    """Return whether one of the faces of a bottom (K,) is a foot, much larger than those around it."""
     others = np.setdiff1d(facets.faces[around], facets.faces[bottom])
     return bool(facets.face_areas[facets.faces[bottom]].max() > ALIKE * np.median(facets.face_areas[others]))
 
 
 def has_even_middle(facets: Facets, bottom: np.ndarray, around: np.ndarray) -> bool:
-    """Return whether facets (K,) turn only at the rim of a bottom, as those of a foot do that is not quite level."""
+    """Return whether facets (K,) bend only at the rim of a bottom, like those of a foot that is not quite level."""
     lowest = bottom[facets.heights[bottom].argmin()]
     middle = facets.normals[lowest] * facets.heights[lowest]
     turns = np.einsum("ksi,ki->ks", facets.normals[facets.neighbors[around]], facets.normals[around])
@@ -117,15 +119,15 @@ def has_even_middle(facets: Facets, bottom: np.ndarray, around: np.ndarray) -> b
 
 
 def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> NearestPoint:
-    """Return where the smooth surface on which corners lie is nearest to the centre of mass.
+    """Return the point nearest to the centre of mass of the smooth surface on which corners lie.
 
-    About the centre of the sphere that fits it best, the square of the distance from the centre of mass is a square
-    polynomial of equal-area coordinates: exactly, where the surface is a sphere, however coarse the mesh.
+    In equal-area coordinates about the centre of the best-fitting sphere, the squared distance from the centre of mass
+    is fitted by a quadratic polynomial: exactly if the surface is a sphere, however coarse the mesh.
 
     Parameters
     ----------
     corners : (V, 3) points of the surface, about the centre of mass
-    toward : (3,) about where it is nearest
+    toward : (3,) approximate direction of the nearest point
     """
     squares = (corners**2).sum(axis=1)
     middle = np.linalg.lstsq(np.column_stack([2 * corners, np.ones(len(corners))]), squares, rcond=1e-9)[0][:3]

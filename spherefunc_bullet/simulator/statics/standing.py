@@ -1,8 +1,8 @@
-"""Standing: the centre of mass against the support polygon, with and without a load.
+"""Standing: the centre of mass relative to the support polygon, with and without a load.
 
-Exact for a rigid body on level ground that is put down without speed: it keeps its pose while its weight acts within
-the support polygon, and rolls over an edge of it otherwise. On a round bottom it leans until its weight acts over where
-it touches the ground.
+Statics is exact for a rigid body that is put down on level ground without speed: it keeps its pose if its weight acts
+within the support polygon, and otherwise rolls over an edge. On a round bottom it leans until its weight acts above the
+point of contact.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .facets import Facets, facets_of, turned_down
 from .round_bottoms import rest_at
 
 DOWN = np.array([[0.0, 0.0, -1.0]])
-HEAVIEST, LIGHTEST = 1e4, 1e-3  # masses of a body with a round bottom: loads between which the one is found it leans by
-FINE = 0.01  # of that load
+HEAVIEST, LIGHTEST = 1e4, 1e-3  # in masses of the body: range of loads for a body with a round bottom
+FINE = 0.01  # relative accuracy of that load
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,21 +31,21 @@ class StandState:
 
     stance: Stance
     tilt_deg: float
-    down: np.ndarray  # (3,) direction of the body that points down in the end; unknown: NaN
-    flat: bool  # on a face of its hull, of which statics is exact
+    down: np.ndarray  # (3,) final direction of the body that points down; NaN if unknown
+    flat: bool  # on a face of its hull, for which statics is exact
 
     @property
     def stays(self) -> bool:
-        """Whether it keeps the pose it came in, or leans a little."""
+        """Whether it keeps its given pose, or leans a little."""
         return self.stance in (Stance.STANDS, Stance.ROCKS)
 
     @property
     def turn(self) -> np.ndarray:
-        """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
+        """The rotation (3, 3) from its given pose to that in which it stands; identity if it does not stand."""
         return turned_down(self.down) if self.stays else np.eye(3)
 
     def or_by(self, engine: StandState) -> StandState:
-        """Return an engine's answer, unless that is none, or keeps what statics says to tip."""
+        """Return the result of an engine, unless it is unknown, or the body stands although it tips by statics."""
         overruled = engine.stance is Stance.MOVES or (self.stance is Stance.TIPS and engine.stays)
         return self if overruled else engine
 
@@ -56,7 +56,7 @@ def stand(body: Body, settings: StandSettings) -> StandState:
 
 
 def stance_of_body(facets: Facets, settings: StandSettings) -> StandState:
-    """Return the stance of a body whose facets are known."""
+    """Return the stance of a body, given its facets."""
     return stance_at(facets, facets.normals[facets.rests_on[facets.pierced(DOWN)][0]], settings)
 
 
@@ -70,9 +70,9 @@ def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> Stan
 
 
 def beyond_support(body: Body, places: np.ndarray) -> np.ndarray | None:
-    """Return how far places (P, 2) lie beyond each edge of the polygon on which a body stands, (P, E) metres.
+    """Return how far places (P, 2) lie beyond each edge of the support polygon of a body, (P, E) metres.
 
-    Below 0 within; None where the corners on which it stands are a point or in a line.
+    The values are negative inside; the result is None if the body stands on a point or a line.
     """
     heights = body.corners[:, 2] - body.corners[:, 2].min()
     feet = body.corners[heights <= LEVEL * body.extent, :2]
@@ -90,9 +90,9 @@ def margin(body: Body) -> float:
 
 
 def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
-    """Return the smallest load (P,) kg that tips a body at each of the places (P, 3); infinite where none does.
+    """Return the smallest load (P,) kg that tips a body at each of the places (P, 3); infinite if none does.
 
-    About an edge of the support polygon the moments of body and load are equal at the load that tips it.
+    At this load, the moments of body and load about an edge of the support polygon are equal.
     """
     beyond, arms = beyond_support(body, body.center[None, :2]), beyond_support(body, places[:, :2])
     if beyond is None:
@@ -117,7 +117,7 @@ class LoadedBody:
         return stance_of_body(self.facets.about(shift), self.settings)
 
     def bearable(self, place: np.ndarray) -> float:
-        """Return the load in kg up to which it keeps its pose, for a round bottom, which leans more and more."""
+        """Return the load in kg up to which a body with a round bottom, which leans gradually, keeps its pose."""
         low, high = 0.0, HEAVIEST * self.body.mass
         if self.stand(high, place).stance is Stance.STANDS:
             return np.inf
@@ -130,28 +130,27 @@ class LoadedBody:
 
 
 def evenly_chosen(places: np.ndarray, most: int) -> np.ndarray:
-    """Return at most this many of places (P, 3), evenly chosen."""
+    """Return at most ``most`` of places (P, 3), evenly chosen."""
     return places if len(places) <= most else places[np.arange(most) * len(places) // most]
 
 
-LetGo = Callable[
-    [Sequence[Body]], list[StandState]
-]  # what becomes of bodies that are put on the ground, each by itself
+# Returns the stances of bodies that are released on the ground, each by itself.
+LetGo = Callable[[Sequence[Body]], list[StandState]]
 
 
 def loaded_stances(
     body: Body, places: np.ndarray, settings: StandSettings, provenance: dict[str, Any], let_go: LetGo | None = None
 ) -> StandResult:
-    """Return how a body stands alone, and then, in the pose in which it has come to rest, with a load at each place.
+    """Return how a body stands alone and then, in the pose in which it has come to rest, with a load at each place.
 
-    Who puts a chair with uneven legs down puts it on three of them; it is loaded as it then stands. Statics is the
-    judge: what it says to tip carries nothing.
+    A chair with uneven legs, for instance, is loaded as it stands on three of them. A body that tips by statics carries
+    nothing, whatever an engine computes.
 
     Parameters
     ----------
-    places : (P, 3) float64, metres, the body's frame as it came
+    places : (P, 3) float64, metres, in the frame of the body in its given pose
     let_go : callable, optional
-        An engine, asked where statics is not exact: of what does not stand on a face of its hull.
+        An engine, used where statics is not exact: for bodies that do not stand on a face of their hull.
     """
     started, places = time.perf_counter(), evenly_chosen(places, settings.most_places)
     alone = stand(body, settings)
@@ -176,15 +175,12 @@ def loaded_stances(
 def carried(
     resting: Body, places: np.ndarray, alone: StandState, settings: StandSettings, let_go: LetGo | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return at which places (P, 3) a body carries the load, (P,) bool, and from which load on it tips, (P,) kg."""
+    """Return whether a body carries the load at each place (P, 3), (P,) bool, and its tipping load there, (P,) kg."""
     if not alone.stays or not len(places):
         return np.zeros(len(places), bool), np.zeros(len(places))
     loaded = LoadedBody(resting, facets_of(resting), settings)
     under = [loaded.stand(settings.load, place) for place in places]
-    if alone.flat:
-        tipping = tipping_loads(resting, places)
-    else:
-        tipping = np.array([loaded.bearable(place) for place in places])
+    tipping = tipping_loads(resting, places) if alone.flat else np.array([loaded.bearable(place) for place in places])
     carries = np.array([stance.stance is Stance.STANDS for stance in under]) & (settings.load <= tipping)
     tested = [k for k, stance in enumerate(under) if carries[k] and not stance.flat]
     if let_go is not None and tested:
