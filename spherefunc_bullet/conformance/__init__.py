@@ -1,5 +1,5 @@
-"""What every backend must keep, as tests that another package can run.
+"""Conformance tests, which every backend must pass, and which other packages can run.
 
-``pytest --pyargs spherefunc_bullet.conformance --backend NAME``, see docs/backends.md. Needs pytest, which
-the extra ``conformance`` brings. May import the interface and clouds.
+``pytest --pyargs spherefunc_bullet.conformance --backend NAME``, see docs/backends.md. They need pytest, which the
+extra ``conformance`` installs. May import the interface and clouds.
 """

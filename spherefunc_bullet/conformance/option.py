@@ -1,7 +1,7 @@
-"""The option ``--backend`` of pytest, for runs of this suite alone.
+"""The pytest option ``--backend``, for runs of this suite only.
 
-A plugin, since pytest looks for no ``conftest.py`` in what ``--pyargs`` names before it reads its options. Other runs
-are left alone: they may have a ``--backend`` of their own.
+It is a plugin, since pytest does not look for a ``conftest.py`` in the packages of ``--pyargs`` before it parses its
+options. Other runs are not affected: they may have their own ``--backend``.
 """
 
 from __future__ import annotations
@@ -10,10 +10,8 @@ from collections.abc import Sequence
 
 import pytest
 
-SUITE = __package__
-
 
 def pytest_load_initial_conftests(parser: pytest.Parser, args: Sequence[str]):
-    """Add ``--backend NAME`` where this suite is asked for."""
-    if any(SUITE in argument for argument in args):
+    """Add ``--backend NAME`` if this suite is run."""
+    if any(__package__ in argument for argument in args):
         parser.addoption("--backend", help="the registered name of the backend under test; without it, all")

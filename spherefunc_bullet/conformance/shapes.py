@@ -1,4 +1,4 @@
-"""Shapes whose resting places are known by thought: regular lattices of points, 4 mm apart, as clouds."""
+"""Shapes with known resting places: regular lattices of points, 4 mm apart, as clouds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def steps(length: float) -> np.ndarray:
 
 
 def sheet(corner: ArrayLike, along: ArrayLike, across: ArrayLike) -> np.ndarray:
-    """Return the lattice (N, 3) of the rectangle that two sides in metres span from a corner."""
+    """Return the lattice (N, 3) of the rectangle spanned by two sides, metres, from a corner."""
     along, across = np.asarray(along, float), np.asarray(across, float)
     a, b = (steps(np.linalg.norm(side)) / np.linalg.norm(side) for side in (along, across))
     return np.asarray(corner, float) + (a[:, None, None] * along + b[None, :, None] * across).reshape(-1, 3)
@@ -30,8 +30,8 @@ def level(width: float, depth: float, height: float) -> np.ndarray:
 def post(x: float, y: float, height: float, side: float = 0.04) -> np.ndarray:
     """Return the four faces of a square post standing on the ground, centred on (x, y)."""
     h = side / 2
-    corners = [(x - h, y - h, [side, 0, 0]), (x - h, y + h, [side, 0, 0]), (x - h, y - h, [0, side, 0])]
-    corners.append((x + h, y - h, [0, side, 0]))
+    corners = [(x - h, y - h, [side, 0, 0]), (x - h, y + h, [side, 0, 0])]
+    corners += [(x - h, y - h, [0, side, 0]), (x + h, y - h, [0, side, 0])]
     return np.concatenate([sheet([cx, cy, 0], across, [0, 0, height]) for cx, cy, across in corners])
 
 
@@ -41,7 +41,7 @@ def posts(width: float, depth: float, height: float) -> list[np.ndarray]:
 
 
 def cloud(*parts: np.ndarray, name: str) -> Cloud:
-    """Return the parts as one cloud, without the points that two of them share."""
+    """Return the parts as one cloud, without duplicate points."""
     return Cloud(np.unique(np.round(np.concatenate(parts), 9), axis=0), name)
 
 
@@ -56,7 +56,7 @@ def table(width: float = 0.6, depth: float = 0.4, height: float = 0.4) -> Cloud:
 
 
 def mug(radius: float = 0.04, height: float = 0.1, floor: float = 0.004) -> Cloud:
-    """Return a round wall and a floor, each a single sheet."""
+    """Return a cylindrical wall and a floor, each a single sheet."""
     square = level(2 * radius, 2 * radius, floor)
     disc = square[np.hypot(square[:, 0], square[:, 1]) < radius]
     angles = np.linspace(0, 2 * np.pi, int(np.ceil(2 * np.pi * radius / SPACING)), endpoint=False)
@@ -84,10 +84,6 @@ def groove(length: float = 0.3, width: float = 0.2, height: float = 0.2) -> Clou
 def bin_(width: float = 0.16, depth: float = 0.12, height: float = 0.1) -> Cloud:
     """Return a box without a lid that stands on the ground."""
     w, d = width / 2, depth / 2
-    walls = [
-        sheet([-w, -d, 0], [width, 0, 0], [0, 0, height]),
-        sheet([-w, d, 0], [width, 0, 0], [0, 0, height]),
-        sheet([-w, -d, 0], [0, depth, 0], [0, 0, height]),
-        sheet([w, -d, 0], [0, depth, 0], [0, 0, height]),
-    ]
+    walls = [sheet([-w, y, 0], [width, 0, 0], [0, 0, height]) for y in (-d, d)]
+    walls += [sheet([x, -d, 0], [0, depth, 0], [0, 0, height]) for x in (-w, w)]
     return cloud(level(width, depth, 0), *walls, name="bin")

@@ -1,7 +1,7 @@
 # ruff: noqa: F811 (a fixture is an argument of the same name)
-"""What a backend must keep that tells poses or stances, carries objects, or proves places; what it lacks is skipped.
+"""Conformance tests of poses, stances, carrying and proofs of places; abilities that a backend lacks are skipped.
 
-Places are proven on bodies of which one knows how they serve.
+Places are proven on bodies whose use is known.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ BOX_FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6],
      [3, 0, 4], [3, 4, 7]]
 )  # fmt: skip
-SHARE = 0.06  # of 100 drops: by how much a share may be off theory
+SHARE = 0.06  # largest deviation of a share of 100 drops from theory
 SQUARE = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
 
 def prism(foot: float, top: float, height: float, shift: float = 0.0, lid: bool = True) -> Cloud:
-    """Return a closed or open body between two level squares, the upper one shifted along x; sides in metres."""
+    """Return a closed or open body between two horizontal squares, the upper one shifted along x; sides in metres."""
     low, high = np.pad(SQUARE * foot, ((0, 0), (0, 1))), np.pad(SQUARE * top, ((0, 0), (0, 1)))
     high = high + [shift, 0, height]
     return cloud_from_mesh(np.concatenate([low, high]), BOX_FACES if lid else np.delete(BOX_FACES, [2, 3], axis=0))
@@ -41,7 +41,7 @@ def able(simulator: Simulator, ability: str) -> Simulator:
 
 
 def test_poses_of_a_cube_are_six_and_equally_likely(simulator: Simulator):
-    """A cube lies on each of its faces as often, and rotations turn those down."""
+    """A cube lies on each of its faces equally often, and the rotations turn these faces down."""
     result = able(simulator, "poses").poses(prism(0.1, 0.1, 0.1), PoseSettings(), 0)
     assert len(result.poses) == 6
     assert np.allclose([pose.probability for pose in result.poses], 1 / 6, atol=SHARE)
@@ -50,7 +50,7 @@ def test_poses_of_a_cube_are_six_and_equally_likely(simulator: Simulator):
 
 
 def test_poses_say_what_made_them_and_repeat_bit_for_bit(simulator: Simulator):
-    """The same arguments give the same bits, and the provenance is that of a drop."""
+    """The same arguments give the same bits, and the provenance has the entries of a drop's."""
     cloud, settings, started = prism(0.1, 0.06, 0.15, shift=0.02), PoseSettings(drops=40), time.perf_counter()
     first, again = (able(simulator, "poses").poses(cloud, settings, 5) for _ in range(2))
     assert [pose.rotation.tobytes() for pose in first.poses] == [pose.rotation.tobytes() for pose in again.poses]
@@ -63,13 +63,13 @@ def test_poses_say_what_made_them_and_repeat_bit_for_bit(simulator: Simulator):
 
 @pytest.mark.parametrize(("shift", "stance"), [(0.0, Stance.STANDS), (0.12, Stance.STANDS), (0.4, Stance.TIPS)])
 def test_what_leans_stands_while_its_weight_is_over_its_foot(simulator: Simulator, shift: float, stance: Stance):
-    """A prism of 20 cm whose top is shifted by more than its side has its weight beside its foot."""
+    """The weight of a prism of 20 cm whose top is shifted by more than its side acts outside its foot."""
     result = able(simulator, "stands").stands(prism(0.2, 0.2, 0.3, shift), StandSettings(), np.empty((0, 3)), 0)
     assert result.stance is stance and (result.margin > 0) == (stance is Stance.STANDS)
 
 
 def test_a_load_beside_the_foot_tips(simulator: Simulator):
-    """Ten times its own weight is carried over the foot and not at the rim of a top that is wider."""
+    """A large load is carried above the foot, but not at the rim of a wider top."""
     places = np.array([[0.0, 0.0, 0.3], [0.25, 0.0, 0.3]])
     result = able(simulator, "stands").stands(prism(0.2, 0.5, 0.3), StandSettings(load=20.0), places, 0)
     assert result.carries.tolist() == [True, False]
@@ -87,7 +87,7 @@ def test_a_beaker_keeps_what_a_tray_does_not(simulator: Simulator):
 
 
 def test_carrying_repeats_bit_for_bit(simulator: Simulator):
-    """The same arguments give the same centres, and the seconds are some of those that it took."""
+    """The same arguments give the same centres, and the reported seconds are within those of the call."""
     started = time.perf_counter()
     beaker, settings = prism(0.08, 0.1, 0.1, lid=False), CarrySettings(radius=0.01, spheres=15, angles_deg=(30.0,))
     first, again = (able(simulator, "carry").carry(beaker, settings, 2) for _ in range(2))
@@ -95,13 +95,13 @@ def test_carrying_repeats_bit_for_bit(simulator: Simulator):
     assert 0 < first.seconds < time.perf_counter() - started
 
 
-SEAT = 0.45  # metres, the height of what is sat on
+SEAT = 0.45  # metres, height of a seat
 SIDES = 32
 STEEP_DEG = 40.0  # friction of 0.6 holds up to 31 degrees
 
 
 def verdicts(simulator: Simulator, cloud: Cloud, *uses: Use) -> list[ProofResult]:
-    """Return what becomes of uses; each verdict says why exactly where it did not hold."""
+    """Return the results of uses, after a check that exactly the failed ones give a reason."""
     found = able(simulator, "prove").prove(cloud, uses, ProofSettings(), 0)
     assert len(found) == len(uses)
     assert all((one.why in REASONS) != one.held for one in found)
@@ -109,7 +109,7 @@ def verdicts(simulator: Simulator, cloud: Cloud, *uses: Use) -> list[ProofResult
 
 
 def turned(*profile: tuple[float, float]) -> Cloud:
-    """Return the surface that pairs of radius and height make when they are turned about z, metres."""
+    """Return the surface of revolution about z of a profile of pairs of radius and height, metres."""
     angles = np.arange(SIDES) * 2 * np.pi / SIDES
     rings = [np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(SIDES, z)]) for r, z in profile]
     near, far = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
@@ -121,19 +121,19 @@ def turned(*profile: tuple[float, float]) -> Cloud:
 
 
 def sitting(height: float = SEAT) -> list[SitUse]:
-    """Return a person who sits down above the origin, facing four ways."""
+    """Return the uses of a person who sits down above the origin, facing four directions."""
     return [SitUse(position=np.array([0.0, 0.0, height]), heading=quarter * np.pi / 2) for quarter in range(4)]
 
 
 def ramp(degrees: float) -> Cloud:
-    """Return a board of half a metre and 2 cm thick that slopes up along x from the ground."""
+    """Return a board, half a metre long and 2 cm thick, that slopes up along x from the ground."""
     slope = np.pad(SQUARE * 0.5, ((0, 0), (0, 1)))
     slope[:, 2] = np.tan(np.radians(degrees)) * slope[:, 0]
     return cloud_from_mesh(np.vstack([slope - [0, 0, 0.02], slope]), BOX_FACES)
 
 
 def on_ramp(degrees: float) -> np.ndarray:
-    """Return the pose of what lies on the middle of a ramp."""
+    """Return the pose of an object on the middle of a ramp."""
     angle, pose = np.radians(degrees), np.eye(4)
     pose[:3, 0], pose[:3, 2] = [np.cos(angle), 0, np.sin(angle)], [-np.sin(angle), 0, np.cos(angle)]
     pose[2, 3] = 0.02 + 0.25 * np.tan(angle)
@@ -146,13 +146,13 @@ def test_a_box_is_sat_on_facing_every_way(simulator: Simulator):
 
 
 def test_nobody_sits_on_an_edge_nor_in_the_air(simulator: Simulator):
-    """The ridge of a roof with sides of 45 degrees, and a box that ends 30 cm below."""
+    """Neither the ridge of a roof with slopes of 45 degrees nor a box 30 cm too low is a seat."""
     assert not any(one.held for one in verdicts(simulator, prism(2 * SEAT, 0.002, SEAT), *sitting()))
     assert {one.why for one in verdicts(simulator, prism(0.4, 0.4, SEAT - 0.3), *sitting())} <= {"sank", "tipped"}
 
 
 def test_a_plate_stays_on_a_level_board_and_slides_off_a_steep_one(simulator: Simulator):
-    """It lies flat on both; friction holds it on the first only."""
+    """It lies flat on both, but friction holds it on the first only."""
     plate = turned((1e-6, 0.0), (0.06, 0.0), (0.1, 0.015))
     for degrees, held in ((0.0, True), (STEEP_DEG, False)):
         (one,) = verdicts(simulator, ramp(degrees), PutUse(cloud=plate, pose=on_ramp(degrees)))
@@ -160,7 +160,7 @@ def test_a_plate_stays_on_a_level_board_and_slides_off_a_steep_one(simulator: Si
 
 
 def test_a_beaker_keeps_what_is_poured_and_a_tube_spills_it(simulator: Simulator):
-    """They differ by the bottom."""
+    """They differ only in the bottom."""
     walls = ((0.04, 0.0), (0.04, 0.1))
     use = PourUse(
         position=np.array([0.0, 0.0, 0.14]),
@@ -175,7 +175,7 @@ def test_a_beaker_keeps_what_is_poured_and_a_tube_spills_it(simulator: Simulator
 
 
 def lifted(cloud: Cloud) -> Cloud:
-    """Return an object 10 cm higher, held there by a thin post beside it."""
+    """Return an object 10 cm higher, held there by a thin post next to it."""
     post = np.vstack([SQUARE * 0.01 + [0.06, 0], SQUARE * 0.01 + [0.06, 0]])
     bars = np.column_stack([post, np.repeat([-0.1, 0.0], 4)])
     vertices = np.vstack([cloud.mesh.vertices, bars]) + [0, 0, 0.1]
@@ -183,14 +183,14 @@ def lifted(cloud: Cloud) -> Cloud:
 
 
 def raised(use: PourUse) -> PourUse:
-    """Return the use of an object that was lifted; clouds are centred, so it is moved with its object."""
+    """Return the use of a lifted object; clouds are centred, so the use moves with its object."""
     shift = np.array([-0.0125, 0.0, 0.1])
     return replace(use, position=use.position + shift, low=use.low + shift, high=use.high + shift)
 
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_proofs_repeat_bit_for_bit(simulator: Simulator, seed: int):
-    """The same arguments give the same verdicts, whatever was asked before."""
+    """The same arguments give the same results, whatever was proven before."""
     box, prove = prism(0.4, 0.4, SEAT), able(simulator, "prove").prove
     alone = prove(box, sitting()[1:2], ProofSettings(), seed)
     assert alone == prove(box, sitting()[1:2], ProofSettings(), seed)

@@ -1,4 +1,4 @@
-"""What every simulator must keep, whatever it computes: one suite over all registered backends, or one of them.
+"""Conformance tests for every simulator: one suite over all registered backends, or one of them.
 
 ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` runs it over a backend of another package.
 """
@@ -37,13 +37,13 @@ SHAPES = {
     "mug, small": (shapes.mug, 0.005),
     "groove": (shapes.groove, 0.01),
 }
-# Depth of an overlap in radii. The roller places spheres by geometry and promises 2 %; engines with
-# penetrating contacts let spheres sink by their contact margin.
+# Depth of an overlap in radii. The roller places spheres by geometry and guarantees 2 %; in engines with penetrating
+# contacts spheres sink in by the contact margin.
 OVERLAP = {"fast": 0.02}
 ENGINE_OVERLAP = 0.05
-TOUCH = 0.03  # gap in radii that still counts as contact: the least distance that a step of any backend leaves
-# A surface may be met between its points: half a diagonal of the lattice from the nearest, and where a round floor's
-# lattice ends at a wall up to one spacing.
+TOUCH = 0.03  # gap in radii that still counts as contact: the smallest distance that a step of any backend leaves
+# A surface may be touched between its points: half a diagonal of the lattice from the nearest one, and up to one
+# spacing where the lattice of a round floor ends at a wall.
 BETWEEN = shapes.SPACING
 
 
@@ -56,7 +56,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc):
 
 @pytest.fixture(scope="module")
 def simulator(backend: str, request: pytest.FixtureRequest) -> Simulator:
-    """Return the simulator under test; one that cannot be made is skipped, unless it was asked for by name."""
+    """Return the simulator under test; one that cannot be created is skipped, unless it was named."""
     if request.config.getoption("--backend", default=None):
         return make_simulator(backend)
     try:
@@ -67,44 +67,44 @@ def simulator(backend: str, request: pytest.FixtureRequest) -> Simulator:
 
 @cache
 def shape(name: str) -> Cloud:
-    """Return a shape by its name."""
+    """Return the shape of a name."""
     return SHAPES[name][0]()
 
 
 def radius_of(name: str) -> float:
-    """Return the radius in metres of the spheres that are dropped on a shape."""
+    """Return the radius of the spheres for a shape, metres."""
     return SHAPES[name][1]
 
 
 @cache
 def dropped(simulator: str, name: str, seed: int = 0) -> DropResult:
-    """Return one run, kept for the tests that only look at it."""
+    """Return one run, cached for the tests that only read it."""
     return make_simulator(simulator).drop(shape(name), DropSettings(radius=radius_of(name)), seed)
 
 
 def overlap(simulator: Simulator, name: str) -> float:
-    """Return the depth of an overlap that is allowed, metres."""
+    """Return the largest allowed depth of an overlap, metres."""
     return OVERLAP.get(simulator.name, ENGINE_OVERLAP) * radius_of(name)
 
 
 def to_cloud(result: DropResult, name: str) -> np.ndarray:
-    """Return each settled centre's distance to the cloud, (S,) metres."""
+    """Return the distance of each settled centre from the cloud, (S,) metres."""
     return cKDTree(shape(name).points).query(result.centers)[0]
 
 
 def touches_cloud(distances: np.ndarray, name: str) -> np.ndarray:
-    """Return whether centres at distances (S,) from the nearest point can touch the surface there."""
+    """Return whether spheres with centres at distances (S,) from the nearest point can touch the surface."""
     return distances <= np.hypot((1 + TOUCH) * radius_of(name), BETWEEN)
 
 
 def to_spheres(result: DropResult) -> np.ndarray:
-    """Return each settled centre's distance to the nearest other, (S,) metres."""
+    """Return the distance of each settled centre from the nearest other one, (S,) metres."""
     return cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]
 
 
 @pytest.fixture(params=sorted(SHAPES))
 def name(request: pytest.FixtureRequest) -> str:
-    """Have a test run on every shape."""
+    """Run a test on every shape."""
     return request.param
 
 
@@ -168,7 +168,7 @@ def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
     """Every settled sphere touches the object or another sphere."""
     result = dropped(simulator.name, name)
     touches = touches_cloud(to_cloud(result, name), name) | (to_spheres(result) <= (2 + TOUCH) * radius_of(name))
-    # A floor at ground level is met at the ground, also between its points.
+    # A floor at ground level may be touched between its points.
     touches |= result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
     assert touches.all()
 
@@ -182,7 +182,7 @@ def test_spheres_on_spheres_stay_within_the_bounding_box(simulator: Simulator, n
 
 
 def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: str):
-    """Who is said to rest on the object touches it, and nobody else is."""
+    """Exactly the spheres that touch the object are marked as resting on it."""
     result = dropped(simulator.name, name)
     distances = to_cloud(result, name)
     near = touches_cloud(distances, name) | (result.centers[:, 2] <= (1 + TOUCH) * radius_of(name))
@@ -192,7 +192,7 @@ def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: st
 
 
 def test_run_ends_by_the_miss_limit(simulator: Simulator):
-    """A run without other limits ends by this many misses in a row."""
+    """A run without other limits ends after this number of consecutive misses."""
     whole = dropped(simulator.name, "plate")
     early = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), miss_limit=1), 0)
     assert whole.stop == early.stop == Stop.MISSES
@@ -201,7 +201,7 @@ def test_run_ends_by_the_miss_limit(simulator: Simulator):
 
 
 def test_run_ends_by_the_sphere_limit(simulator: Simulator):
-    """As the same run without it began; its seconds are some of those that it took."""
+    """It starts as the same run without the limit; the reported seconds are within those of the call."""
     started = time.perf_counter()
     result = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), max_spheres=7), 0)
     assert result.stop == Stop.SPHERE_LIMIT and result.settled == 7
@@ -234,7 +234,7 @@ def test_provenance_says_what_produced_the_result(simulator: Simulator):
 
 
 def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
-    """Columns and outcomes tell of every drop, in the order of their ends."""
+    """Columns and outcomes contain every drop, in the order in which the drops ended."""
     result = dropped(simulator.name, name)
     counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
     assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
@@ -245,7 +245,7 @@ def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
 
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Simulator, name: str):
-    """A run of this many drops makes them all, misses or not."""
+    """A run with a number of drops makes all of them, misses or not."""
     settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
     result = simulator.drop(shape(name), settings, 1)
     assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
@@ -254,7 +254,7 @@ def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Si
 
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simulator, name: str):
-    """A limit of drops cuts a run short and changes nothing else: who stops early saw the same drops."""
+    """A limit of drops cuts a run short and changes nothing else."""
     short, long = [
         simulator.drop(SHAPES[name][0](), DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops), 1)
         for drops in (30, 90)
@@ -265,7 +265,7 @@ def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simu
 
 
 def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator: Simulator):
-    """On a level plate a sphere stays where it came down."""
+    """On a horizontal plate a sphere stays where it touches down."""
     settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
     result = simulator.drop(shape("plate"), settings, 1)
     moved = result.columns[result.outcomes == Outcome.SETTLED] - result.centers[:, :2]
@@ -273,7 +273,7 @@ def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator
 
 
 def test_cloud_is_left_as_it_was(simulator: Simulator):
-    """A run changes nothing of the cloud."""
+    """A run does not change the cloud."""
     cloud = shapes.bin_()
     before = cloud.points.copy()
     simulator.drop(cloud, DropSettings(radius=radius_of("bin")), 0)

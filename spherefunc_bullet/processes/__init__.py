@@ -1,4 +1,4 @@
-"""Processes: tasks done in workers that may die, the memory of a process, and kernels compiled once for all of them.
+"""Processes: tasks in worker processes that may die, and kernels compiled once for all processes.
 
-May import only the words of the package's root (`errors`, `console`); what a task does is not its business.
+May import only the modules of the package's root (`errors`, `console`); it does not depend on the tasks.
 """

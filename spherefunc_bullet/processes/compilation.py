@@ -1,8 +1,8 @@
-"""Compiled kernels: kept for the next process, said when they are made, and never of an older source.
+"""Compilation of kernels: compiled code is cached for the next process, and never reused for a changed source.
 
-Numba keeps compiled code beside its source, and compiles anew when the kernel's own file has changed, but not when a
+Numba caches compiled code next to its source, and recompiles a kernel when its own file has changed, but not when a
 kernel that it calls, or a constant that it uses, has changed in another file. So the code of each file's kernels is
-kept in a folder that is named for everything that they are made of, and numba does the rest.
+cached in a folder named by a hash of everything that it depends on; numba does the rest.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from numba.core import event
 
 PACKAGE = __name__.partition(".")[0]
 NUMBERS = (int, float, np.generic)
-KEPT = "kernels"  # begins the names of folders with compiled code
+KEPT = "kernels"  # prefix of the names of folders with compiled code
 logger = logging.getLogger("spherefunc")
 _choosing = threading.Lock()  # numba has one setting for all threads
 
 
 def njit(function: Callable | None = None, *, cache: bool = False, **options: Any) -> Any:
-    """Return what numba's own ``njit`` does; with ``cache``, its code is kept where only today's sources find it."""
+    """Return a kernel as numba's ``njit`` does; with ``cache``, its code is cached for the current sources only."""
     if function is None:
         return partial(njit, cache=cache, **options)
     if not cache:
@@ -47,14 +47,14 @@ def njit(function: Callable | None = None, *, cache: bool = False, **options: An
     return kernel
 
 
-# Of kernels that are given all that they write into: nothing is to be counted, and a process that calls only such ones
-# does without numba's runtime, 20 ms of a first answer.
+# For kernels that allocate nothing: they need no reference counts, and a process that calls only such kernels does not
+# load numba's runtime, which saves 20 ms of the first classification.
 lean_njit = partial(njit, _nrt=False)
 
 
 @cache
 def folder_of(module: str) -> Path:
-    """Return where the code of a module's kernels is kept; beside the module that of older sources is removed."""
+    """Return the folder of the compiled code of a module; folders of older sources next to the module are removed."""
     file = Path(sys.modules[module].__file__)
     beside, name = file.parent / "__pycache__", f"{KEPT}-{file.stem}-{decided_by(module)[:16]}"
     for other in beside.glob(f"{KEPT}-{file.stem}-*"):
@@ -64,7 +64,7 @@ def folder_of(module: str) -> Path:
 
 
 def home_of(beside: Path) -> Path:
-    """Return $NUMBA_CACHE_DIR, or the folder beside a module, or the user's where that may not be written."""
+    """Return $NUMBA_CACHE_DIR, or the folder next to a module, or the user's cache if that is not writable."""
     if config.CACHE_DIR:
         return Path(config.CACHE_DIR)
     if os.access(beside if beside.exists() else beside.parent, os.W_OK):
@@ -75,9 +75,9 @@ def home_of(beside: Path) -> Path:
 
 @cache
 def decided_by(module: str) -> str:
-    """Return a hash of what a module's kernels are made of: its file, kernels of other files, and numbers.
+    """Return a hash of everything that a module's kernels depend on: its file, kernels of other files, and numbers.
 
-    Arrays are none of it, since no kernel takes one from its module.
+    Arrays are not included, since no kernel uses one from its module.
     """
     loaded = sys.modules[module]
     digest = hashlib.sha256(Path(loaded.__file__).read_bytes())
@@ -91,21 +91,21 @@ def decided_by(module: str) -> str:
 
 
 def is_constant(value: object) -> bool:
-    """Return whether numba takes a value for a number, or for a tuple of such."""
+    """Return whether a value is a constant for numba: a number, or a tuple of numbers."""
     return isinstance(value, NUMBERS) or (isinstance(value, tuple) and all(map(is_constant, value)))
 
 
 class Announcer(event.Listener):
-    """Says once in a process that kernels of this package are compiled."""
+    """Logs once per process that kernels of this package are compiled."""
 
     said = False
 
     def on_start(self, event: event.Event):
-        """Say so, before the first of them."""
+        """Log a message before the first kernel is compiled."""
         ours = event.data["dispatcher"].__module__.partition(".")[0] == PACKAGE
         if ours and not self.said:
             self.said = True
-            logger.info("compiling what this machine has not run before, to be kept: some 15 seconds ...")
+            logger.info("compiling code for the first run on this machine: about 15 seconds ...")
 
     def on_end(self, event: event.Event):
         """Do nothing."""
@@ -115,10 +115,10 @@ event.register("numba:compile", Announcer())
 
 
 def load_alone(kernel: Any):
-    """Let a kernel's kept code be loaded without all that numba needs to compile one, a quarter of a new process.
+    """Make a kernel load its cached code without numba's compiler, which saves a quarter of the time of a new process.
 
-    This alone reaches into numba. Where there is no code for what the kernel is called with, numba loads that when it
-    compiles; another version of numba may load what it wants.
+    This is the only place that uses numba's internals. If there is no cached code for the types of a call, numba loads
+    its compiler then; with another version of numba this function may have no effect.
     """
     with suppress(ImportError, AttributeError):
         from numba.core.runtime import rtsys
@@ -127,7 +127,7 @@ def load_alone(kernel: Any):
         load, guarded = code._load_overload, code._guard_against_spurious_io_errors
 
         def load_overload(signature: Any, context: Any) -> Any:
-            """Return the kept code for a signature, or None."""
+            """Return the cached code for a signature, or None."""
             if kernel.targetoptions.get("_nrt", True):
                 rtsys.initialize(context)
             with guarded():

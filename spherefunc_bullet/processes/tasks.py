@@ -1,4 +1,4 @@
-"""Tasks in processes of their own: one that dies costs its task's result, and the others go on."""
+"""Tasks in worker processes: if one dies, only the result of its task is lost."""
 
 from __future__ import annotations
 
@@ -23,44 +23,42 @@ def run_tasks(
     time_limit: float = math.inf,
     memory_limit: int | None = None,
 ) -> Iterator[tuple[int, Any]]:
-    """Call a function of a module's top level with each task's arguments, in worker processes if it has to be.
+    """Call a function, defined at the top level of a module, with the arguments of each task, in workers if necessary.
 
-    A script that calls this does so under ``if __name__ == "__main__"``, as with all of `multiprocessing`.
+    A script must call this under ``if __name__ == "__main__"``, as with all of `multiprocessing`.
 
     Parameters
     ----------
     tasks : sequence of tuple
         Arguments.
     names : sequence
-        What errors of this module call each task, such as its file's path.
+        The name of each task in the errors of this module, such as the path of its file.
     jobs : int
-        Processes that work at once; -1: one per core. One alone is this process, unless ``isolate`` or a limit
-        asks for another.
+        Number of parallel processes; -1: one per core. With 1, this process does the work, unless ``isolate`` or a
+        limit requires another one.
     time_limit : float
-        Seconds a task may take before its process is ended.
+        Seconds that a task may take before its process is killed.
     memory_limit : int, optional
-        Bytes that each process may have, interpreter and libraries included (Linux).
+        Memory of each process in bytes, including the interpreter and libraries (Linux).
 
     Yields
     ------
     index, outcome : int, object or InputError
-        In the order in which they are done; with one job in the order of the tasks. An InputError that the function
-        raises is its outcome, and so is one for a task whose process died or took too long, twice: `Crashed`,
-        `OutOfMemory` or `TimedOut`.
+        In the order of completion; with one job in the order of the tasks. An InputError that the function raises is an
+        outcome, and so is the error of a task whose process died or took too long twice: `Crashed`, `OutOfMemory` or
+        `TimedOut`.
 
     Raises
     ------
     Exception
-        Whatever else the function raises, with the worker's traceback as a note.
+        Any other exception of the function, with the worker's traceback as a note.
     """
     count = min(worker_count(jobs), len(tasks))
     if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
         yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
         return
-    from .worker import (  # not where this process alone works: a first answer waits for what that loads
-        Worker,
-        WorkerTask,
-    )
+    # Not imported if this process does the work, since loading it would delay the first classification.
+    from .worker import Worker, WorkerTask
 
     left = (WorkerTask(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
     workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
@@ -72,18 +70,18 @@ def run_tasks(
 
 
 def worker_count(jobs: int) -> int:
-    """Return how many processes work at once; below zero, all cores but ``-jobs - 1``."""
+    """Return the number of parallel processes; for negative numbers, all cores except ``-jobs - 1``."""
     if jobs == 0:
         raise InputError("jobs 0: expected at least 1, or -1 for one per core")
     if jobs > 0:
         return jobs
-    from joblib import cpu_count  # knows a container's share of the machine
+    from joblib import cpu_count  # respects the limits of a container
 
     return max(1, cpu_count() + 1 + jobs)
 
 
 def finish(workers: Sequence[Worker], left: Iterator[WorkerTask]) -> Iterator[tuple[int, Any]]:
-    """Hand out tasks until none is left, and yield their outcomes."""
+    """Distribute tasks until none is left, and yield their outcomes."""
     from multiprocessing.connection import wait
 
     for worker in workers:

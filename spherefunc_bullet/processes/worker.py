@@ -1,6 +1,6 @@
-"""One worker, as its parent sees it: a process that can die at any time.
+"""Worker processes, which may die at any time, and their control by the parent.
 
-Every worker has a pipe to itself, so that one that dies in the midst of an answer spoils nobody else's.
+Every worker has its own pipe, so that one that dies while it sends a result does not damage the results of others.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from ..errors import Crashed, InputError, OutOfMemory, TimedOut, attempt
 
 PRELOADED = ["spherefunc_bullet.settling.records", "spherefunc_bullet.commands.command_line"]
 FIRST_TO_GO = Path("/proc/self/oom_score_adj")  # Linux
-OUT_OF_MEMORY = 77  # exit code of a worker that was refused memory
+OUT_OF_MEMORY = 77  # exit code of a worker whose allocation failed
+NATIVE_DEATHS = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)  # native code may also die of a failed allocation
+PATIENCE = 5.0  # seconds that a process has to end after its pipe was closed
 LIBRARIES = ("OMP_NUM", "OPENBLAS_NUM", "MKL_NUM", "BLIS_NUM", "NUMBA_NUM", "VECLIB_MAXIMUM")
 ONE_THREAD = {f"{library}_THREADS": "1" for library in LIBRARIES}  # so that n workers use n cores
 
@@ -35,14 +37,14 @@ ONE_THREAD = {f"{library}_THREADS": "1" for library in LIBRARIES}  # so that n w
 def start_process(
     function: Callable, level: int | None, memory_limit: int | None = None
 ) -> tuple[multiprocessing.Process, Connection]:
-    """Start a process that serves a function; it first sends that it is ready.
+    """Start a process that serves a function; first it sends that it is ready.
 
     Parameters
     ----------
-    memory_limit : int or None
-        Bytes that it may have.
     level : int or None
-        From which on it logs on stderr; None: as Python does by default, warnings.
+        Lowest level that it logs on stderr; None: Python's default, warnings.
+    memory_limit : int or None
+        Its memory in bytes.
     """
     ours, theirs = context().Pipe()
     arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level, memory_limit)
@@ -53,14 +55,14 @@ def start_process(
     return process, ours
 
 
-_starting = threading.Lock()  # the environment, changed for a moment, is one for all threads
+_starting = threading.Lock()  # the environment, which is changed temporarily, is shared by all threads
 
 
 @cache
 def context():
-    """Return how processes start: from a server without threads, since a fork of this one could come to a standstill.
+    """Return the context that starts processes: from a server without threads, since forking this process may deadlock.
 
-    The server lives as long as this process and has loaded what every worker needs.
+    The server lives as long as this process and has imported what every worker needs.
     """
     forking = "forkserver" in multiprocessing.get_all_start_methods()
     chosen = multiprocessing.get_context("forkserver" if forking else "spawn")
@@ -70,9 +72,9 @@ def context():
 
 @contextmanager
 def environment_of_server() -> Iterator[None]:
-    """Have the server load its libraries for one thread each, and from where this process does.
+    """Make the server load its libraries with one thread each, and from the same paths as this process.
 
-    Python would look for them in the current folder first, whatever lies there.
+    By default Python would search the current folder first, whatever it contains.
     """
     wanted = ONE_THREAD if {"", os.getcwd()} & set(sys.path) else ONE_THREAD | {"PYTHONSAFEPATH": "1"}
     before = {name: os.environ[name] for name in wanted if name in os.environ}
@@ -94,12 +96,12 @@ def serve(
     memory_limit: int | None,
 ):
     """Do one task after another until the parent is gone, in its environment and folder."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the parent, which ends its workers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     threading.Thread(target=end_with_parent, daemon=True).start()
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what C libraries print would spoil the parent's JSON
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # output of C libraries would corrupt the parent's JSON
     if level is not None:
         log_on_stderr(level)
     cap_memory(memory_limit)
@@ -110,24 +112,24 @@ def serve(
 
 
 def end_with_parent():
-    """End this process when the parent does, however that comes."""
+    """End this process when the parent ends, for whatever reason."""
     multiprocessing.parent_process().join()
     os._exit(1)
 
 
 def answer(function: Callable, task: bytes) -> bytes:
-    """Return the outcome of a pickled task and None, or None and the error, pickled."""
+    """Return, pickled, the outcome of a pickled task and None, or None and an error."""
     try:
         return pickle.dumps((attempt(function, pickle.loads(task)), None), pickle.HIGHEST_PROTOCOL)
     except MemoryError:
-        os._exit(OUT_OF_MEMORY)  # a fresh process may have more
+        os._exit(OUT_OF_MEMORY)  # a new process may get more
     except BaseException as error:
         error.add_note(f"in a worker process:\n{traceback.format_exc()}")
         return pickle.dumps((None, portable(error)))
 
 
 def portable(error: BaseException) -> Exception:
-    """Return an error, or one of the same text where it can't be sent or would end the process that gets it."""
+    """Return an error, or one with the same text if it cannot be pickled or would end the receiving process."""
     with suppress(Exception):
         pickle.loads(pickle.dumps(error))
         if isinstance(error, Exception):
@@ -135,23 +137,19 @@ def portable(error: BaseException) -> Exception:
     return RuntimeError("\n".join([repr(error), *error.__notes__]))
 
 
-NATIVE_DEATHS = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)  # of native code that was refused memory, too
-PATIENCE = 5.0  # seconds that a process has to be gone once its pipe is closed
-
-
 @dataclass(frozen=True)
 class WorkerTask:
-    """What a worker is to do."""
+    """A task of a worker."""
 
     index: int
-    name: str  # begins its errors
+    name: str  # starts its error messages
     arguments: tuple
 
 
 class Worker:
     """A process that does one task at a time, and is replaced when it dies.
 
-    One among several says what takes long (`logging`), the others only what goes wrong.
+    One of several workers logs progress, the others only problems.
     """
 
     def __init__(self, function: Callable, time_limit: float, says: bool, memory_limit: int | None = None):
@@ -161,7 +159,7 @@ class Worker:
         self.process = None
 
     def begin(self, task: WorkerTask, again: bool = False):
-        """Start a task, perhaps once more, and a process where there is none."""
+        """Start a task, perhaps for the second time, and a process if there is none."""
         self.task, self.again = task, again
         if self.process is None:
             self.ready, self.deadline = False, math.inf
@@ -172,11 +170,11 @@ class Worker:
     def send(self):
         """Send the task to the process, which is ready for it."""
         self.deadline = time.monotonic() + self.time_limit
-        with suppress(ConnectionError):  # the process has died, as its sentinel says
+        with suppress(ConnectionError):  # the process has died, which its sentinel will show
             self.pipe.send(self.task.arguments)
 
     def outcomes(self) -> list:
-        """Return the outcome of the task in a list, which is empty as long as there is none."""
+        """Return the outcome of the task in a list, which is empty until there is one."""
         if self.pipe.poll():
             return self.receive()
         if not self.process.is_alive():
@@ -188,7 +186,7 @@ class Worker:
         return []
 
     def receive(self) -> list:
-        """Read what the process sent: that it is ready, an outcome, or an error that is ours."""
+        """Receive a message of the process: that it is ready, an outcome, or an unexpected error."""
         try:
             answer = self.pipe.recv()
         except (EOFError, OSError):
@@ -203,21 +201,21 @@ class Worker:
         return [outcome]
 
     def retry_lost(self) -> list:
-        """Try the task of a process that died once more, since memory may have been short; then give it up."""
+        """Retry the task of a process that died once, since memory may have been short."""
         code = self.end(PATIENCE)
         if not self.ready and code >= 0:
             raise RuntimeError(f"a worker process could not start (exit code {code}), for the reason that it printed")
         return self.retry_or(loss(self.task.name, code, self.memory_limit))
 
     def retry_or(self, error: InputError) -> list:
-        """Begin the task once more in a fresh process; the second time the error is its outcome."""
+        """Start the task again in a new process; the second time, the error is its outcome."""
         if self.again:
             return [error]
         self.begin(self.task, again=True)
         return []
 
     def end(self, patience: float = 0.0) -> int:
-        """End the process, which may be gone by itself within some seconds, and return its exit code."""
+        """End the process, which gets some seconds to end by itself, and return its exit code."""
         if self.process is None:
             return 0
         self.pipe.close()
@@ -229,7 +227,7 @@ class Worker:
 
 
 def loss(name: str, code: int, memory_limit: int | None) -> InputError:
-    """Return the error of a task whose process ended with an exit code, twice."""
+    """Return the error of a task whose process ended twice, with an exit code."""
     limit = "" if memory_limit is None else f" than the {memory_limit >> 20} MiB that a worker may have"
     if code == OUT_OF_MEMORY:
         return OutOfMemory(f"{name}: expected to need no more memory{limit or ' than there is'}; ended twice")
@@ -239,7 +237,7 @@ def loss(name: str, code: int, memory_limit: int | None) -> InputError:
 
 
 def cause(code: int) -> str:
-    """Say why a process ended.
+    """Return a description of why a process ended.
 
     Examples
     --------
@@ -256,9 +254,9 @@ def cause(code: int) -> str:
 
 
 def cap_memory(limit: int | None):
-    """Let the system refuse this process more than this many bytes of data, where it can: on Linux.
+    """Limit the memory of this process, in bytes, on Linux.
 
-    With a limit or without, a system that runs short of memory ends this process before its parent.
+    Also without a limit, a system that runs out of memory kills this process before its parent.
     """
     with suppress(OSError):
         FIRST_TO_GO.write_text("1000", encoding="ascii")
