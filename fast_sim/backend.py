@@ -13,23 +13,23 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
-VERSION = "5"  # of the algorithm: another number, other centres of spheres that become features
-SHORT = 100  # drops: a run of so few is kept with the cloud, since more are asked for where these do not tell
+VERSION = "5"  # of the algorithm; raised when the centres of spheres that become features change
+SHORT = 100  # drops: a shorter run is stored with the cloud, since it may be continued if more drops are needed
 
 
 @dataclass(frozen=True, kw_only=True)
 class FastSimulator:
     """Rolls spheres over a point cloud, one at a time, without forces or time.
 
-    A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere. A run without a limit of drops
-    fills a large object strip by strip, on as many ``cores`` as it may use, unless spheres are to fall ``as_drawn``.
+    A cloud needs no mesh, no normals and no order. Cost: a few microseconds per sphere. A run without a limit of drops
+    fills a large object strip by strip, on up to ``cores`` cores, unless spheres must fall ``as_drawn``.
     """
 
     name = "fast"
     version = VERSION
-    cores: int = 1  # that a large object's drops are shared among; the same bits on any number of them
-    as_drawn: bool = False  # drop one after another, as the paper does, and not a large object's strip by strip
-    flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
+    cores: int = 1  # for the drops on a large object; the result is the same, bit for bit, for any number
+    as_drawn: bool = False  # drop one sphere after another, as in the paper, also on large objects
+    flat_angle_deg: float = 5.0  # steepest slope that counts as flat: more than sampling noise, less than a ramp
 
     def __post_init__(self):
         if not 1 <= self.cores <= (os.cpu_count() or 1):
@@ -56,7 +56,7 @@ class FastSimulator:
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         short_runs = cloud.cached("the short run of each radius by fast", dict[float, DropRun])
-        run = short_runs.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
+        run = short_runs.pop(settings.radius, None)  # removed, so that no other thread continues it
         if run is None or not run.is_prefix_of(settings, self, seed):
             run = DropRun(cloud, settings, self, seed)
             started += run.prepare_strips()

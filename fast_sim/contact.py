@@ -1,7 +1,7 @@
 """Contacts of a sphere, and the directions in which they let it move.
 
-A contact is the unit normal pointing from what is touched to the sphere. For the cloud it is the normal of
-the plane estimated through the points in contact (paper, §III-A); for a settled sphere, the line of centres.
+A contact is the unit normal from the touched surface to the sphere. For the cloud it is the normal of the plane
+estimated through the points in contact (paper, §III-A); for a settled sphere, the direction between the centres.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import math
 from .kernels import inline_jit
 
 MAX_CONTACTS = 12
-# Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
-# to rest on: product over squared sum of the two variances.
+# Points with a spread across of less than a quarter of that along form an edge, a rim or a wire, not a plane to rest
+# on. The value is the product of the two variances over their squared sum.
 RIDGE = 0.06
 
 
 @inline_jit
 def nearest_point(around, near, x, y, z, reach):
-    """Return which point (3, N) is nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
+    """Return the index of the point (3, N) nearest to (x, y, z), -1 if none is within ``reach``, and its distance."""
     nearest, best = -1, reach * reach
     for i in range(near):
         dx, dy, dz = around[0, i] - x, around[1, i] - y, around[2, i] - z
@@ -32,8 +32,8 @@ def nearest_point(around, near, x, y, z, reach):
 def plane_normal(around, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
-    (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is
-    exact for points in a plane and needs no eigenvalues.
+    It is (0, 0, 0) if the points form a ridge instead of a plane. The axis with the largest minor is solved for, which
+    is exact for coplanar points and needs no eigenvalues.
     """
     count = 0
     mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0
@@ -77,8 +77,8 @@ def plane_normal(around, near, x, y, z, reach):
 def cloud_contact(nearby, x, y, z, radius, shape):
     """Write the cloud's contact into ``nearby.normals[0]``; return whether there is one and whether it is a plane.
 
-    Where the nearest point lies farther aside than the cloud's spacing explains, the sphere hangs over an
-    edge, and its contact is that edge, not the plane beside it.
+    If the nearest point is farther aside than the spacing of the cloud explains, the sphere hangs over an edge, and its
+    contact is this edge, not the plane next to it.
     """
     around, near, normals = nearby.points, nearby.counts[0], nearby.normals
     nearest, distance = nearest_point(around, near, x, y, z, radius + shape.bump)
@@ -116,7 +116,7 @@ def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
 
 @inline_jit
 def is_allowed(normals, count, vx, vy, vz):
-    """Return whether a motion leads into none of the contacts."""
+    """Return whether a motion does not lead into any of the contacts."""
     for k in range(count):
         if vx * normals[k, 0] + vy * normals[k, 1] + vz * normals[k, 2] < -1e-9:
             return False
@@ -125,10 +125,10 @@ def is_allowed(normals, count, vx, vy, vz):
 
 @inline_jit
 def steepest_descent(normals, count):
-    """Project gravity's direction (0, 0, -1) onto the motions that the contacts allow.
+    """Project the direction of gravity (0, 0, -1) onto the motions that the contacts allow.
 
-    Returns the projection, whose length is the sine of the slope, 0 where the sphere is blocked. Of the
-    feasible projections onto one contact's plane or two contacts' line, the longest is nearest to gravity.
+    Returns the projection, whose length is the sine of the slope, or 0 if the sphere is blocked. Of the feasible
+    projections onto the plane of one contact or the line of two, the longest is nearest to gravity.
     """
     if is_allowed(normals, count, 0.0, 0.0, -1.0):
         return 0.0, 0.0, -1.0

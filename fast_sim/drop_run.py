@@ -19,13 +19,13 @@ from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
 
 CHUNK = 8192  # columns drawn at a time
-FEW = 256  # spheres that are not worth dropping together
-SPARSE = 0.5  # radii between points, about, where drops are few
-STALLED = 4  # steps that get no lower by which a sphere counts as blocked
+FEW = 256  # fewer spheres are not dropped in strips
+SPARSE = 0.5  # radii, approximate distance between points for runs with few drops
+STALLED = 4  # steps without descent after which a sphere counts as blocked
 
 
 def empty_neighborhood(point_count: int) -> Neighbourhood:
-    """Return arrays for the neighbourhood of any place of a cloud with this number of points."""
+    """Return empty arrays for the neighbourhood of any place in a cloud with a number of points."""
     rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
     scratch = np.empty((MAX_CONTACTS + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
     return Neighbourhood(*rooms, np.full(3, np.inf), *scratch)
@@ -47,14 +47,14 @@ class DropRun:
         self.seconds = 0.0
         self.low, self.high = cloud.bounds
         points, reach = cloud.points, POINT_REACH * settings.radius
-        if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
+        if settings.max_drops is not None:  # few spheres do not justify the cost of finer points
             points, reach = cloud.thinned(SPARSE * settings.radius), None
         self.points = point_grid(points, self.low, self.high, settings.radius)
         spacing = point_spacing(self.points)
-        if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
+        if cloud.mesh is not None:  # the nearest sample may lie on the other side of a thin wall
             spacing = max(spacing, PITCH)
         self.shape = roll_shape(settings.radius, spacing, how.flat_angle_deg)
-        self.inside = (self.low, self.high)  # of which spheres on spheres alone stay
+        self.inside = (self.low, self.high)  # where spheres may rest on spheres alone
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
         self.nearby = empty_neighborhood(len(points))
         self.strips = None
@@ -64,7 +64,7 @@ class DropRun:
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
         self.generator = np.random.default_rng(seed)
-        self.waiting = np.empty((0, 2))  # columns that are drawn, and down which nothing has been dropped
+        self.waiting = np.empty((0, 2))  # columns that are drawn but not used yet
         self.columns: list[np.ndarray] = []
         self.outcomes: list[np.ndarray] = []
 
@@ -93,7 +93,7 @@ class DropRun:
         return perf_counter() - started
 
     def continue_run(self, settings: DropSettings):
-        """Drop spheres until a limit is reached, in addition to earlier ones."""
+        """Drop more spheres until a limit is reached."""
         self.settings, ended = settings, False
         while not ended:
             together = 0 if self.strips is None else self.strips.together(self.drops)
@@ -106,7 +106,7 @@ class DropRun:
                 ended = self.drop_in_order(self.draw_columns(left))
 
     def draw_columns(self, count: int) -> np.ndarray:
-        """Draw a number of columns (M, 2); drawn columns that were not used come first."""
+        """Return a number of columns (M, 2): first those drawn before and not used, then new ones."""
         if len(self.waiting) < count:
             drawn = self.generator.uniform(self.low[:2], self.high[:2], size=(count - len(self.waiting), 2))
             self.waiting = np.concatenate([self.waiting, drawn])
@@ -115,7 +115,7 @@ class DropRun:
         return taken
 
     def reserve(self, count: int):
-        """Make room for a number of settled spheres more, and for the spare blocks of strips."""
+        """Make room for more settled spheres, and for the spare blocks of strips."""
         spared = 0 if self.strips is None else BLOCK * max(len(self.strips.spares), count)
         capacity, needed = len(self.on_object), self.settled + count + spared
         if needed > capacity:
@@ -136,9 +136,10 @@ class DropRun:
         return ended or self.drops == s.max_drops
 
     def drop_in_strips(self, columns: np.ndarray) -> bool:
-        """Drop a sphere down each of the columns (M, 2), strip by strip; they are too few to exceed the sphere limit.
+        """Drop a sphere down each of the columns (M, 2), strip by strip; return True if a limit is reached.
 
-        Misses in a row are counted in the order in which the columns were drawn.
+        There are too few columns to exceed the sphere limit. Consecutive misses are counted in the order in which the
+        columns were drawn.
         """
         radius, limit, before = self.settings.radius, self.settings.miss_limit, self.settled
         ends = self.strips.drop(self.points, self.spheres, columns, radius, self.shape, *self.inside)
@@ -176,8 +177,8 @@ class DropRun:
 
 
 def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
-    """Return the lengths of the roller, derived from the radius and the spacing of the cloud, metres."""
-    gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
+    """Return the lengths used for rolling, metres, derived from the radius and the spacing of the cloud."""
+    gap = min(0.75 * spacing, 0.6 * radius)  # slightly more than half the diagonal of a square lattice
     sink = radius - math.sqrt(radius * radius - gap * gap)
     return RollShape(
         gap=1.1 * gap,

@@ -14,8 +14,8 @@ def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
     """Drop a sphere down a column; return x, y, z, the outcome and whether it rests on the object itself."""
     if not is_in_strip(nearby, x, y):
         return x, y, 0.0, ASTRAY, False
-    # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
-    # one that rolls off it was two higher still.
+    # Above everything: the centre of a sphere on top of the object is one radius above it, and a sphere on that one is
+    # two radii higher.
     z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
     return roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
 
@@ -57,7 +57,7 @@ def drop_spheres(
     on_object : (capacity,) bool
         Receives whether each settled sphere touches the object.
     outcomes : (M,) int8
-        Receives what became of each column's sphere.
+        Receives the outcome of the sphere of each column.
 
     Returns
     -------

@@ -10,20 +10,20 @@ from .grid import BLOCK, cell_index, columns_around, falls_past_points
 from .kernels import inline_jit
 from .nearby import DEPTH, covers_fall
 
-# A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
-# grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
+# A contact this close to the equator of the sphere does not stop a fall: the sphere slides past a wall that it grazes.
+# It may then overlap with the wall by at most (1 - GRAZE) of the contact distance.
 GRAZE_POINT = 0.99
 GRAZE_SPHERE = 0.995
-# Nearer than these shares of the contact distance is an overlap: two per cent of the radius, and a little less.
+# A distance of less than these shares of the contact distance is an overlap: slightly less than 2 % of the radius.
 TIGHT_POINT = 0.982
 TIGHT_SPHERE = 0.991
 
 
 @inline_jit
 def fall_on_points(points, x, y, z, radius, best):
-    """Return the height of the first contact with the cloud below (x, y, z), and whether that place is clear.
+    """Return the height of the first contact with the cloud below (x, y, z), and whether (x, y, z) is clear.
 
-    ``best`` is a contact height known already; a lower one is not looked for.
+    ``best`` is the height of a known contact; lower contacts are not searched.
     """
     graze = (GRAZE_POINT * radius) ** 2
     tight = (TIGHT_POINT * radius) ** 2
@@ -82,7 +82,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
 
 @inline_jit
 def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
-    """Do as `fall_on_points` with the first ``count`` points around (3, N), which touch at a distance ``touch``."""
+    """Return the same as `fall_on_points` for the first ``count`` points around (3, N) and a contact distance."""
     aside = (graze * touch) ** 2
     tight = (tight * touch) ** 2
     for i in range(count):
@@ -112,7 +112,7 @@ def fall(points, spheres, x, y, z, radius):
 
 @inline_jit
 def fall_to(points, spheres, x, y, z, radius, best):
-    """Return the same as `fall` when the sphere is known to touch at the height ``best`` <= z at the latest."""
+    """Return the same as `fall` for a sphere with a known contact at the height ``best`` <= z."""
     best, clear = fall_on_spheres(spheres, x, y, z, radius, best)
     if not clear or falls_past_points(spheres, x, y, z, best):
         return best, clear
@@ -121,7 +121,7 @@ def fall_to(points, spheres, x, y, z, radius, best):
 
 @inline_jit
 def fall_nearby(points, spheres, nearby, x, y, z, radius):
-    """Return the same as `fall`, from the neighbourhood only unless the fall leads beyond it."""
+    """Return the same as `fall`, using only the neighbourhood unless the fall leads out of it."""
     around, near = nearby.spheres, nearby.counts[1]
     best, clear = fall_on_nearby(around, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
     if clear:
@@ -134,9 +134,9 @@ def fall_nearby(points, spheres, nearby, x, y, z, radius):
 
 @inline_jit
 def stands_on_floor(points, x, y, radius):
-    """Return whether the object has a floor at ground level under a sphere that came down to z = 0.
+    """Return whether the object has a floor at ground level under a sphere that fell to z = 0.
 
-    Single-sheet models have one; a sphere beside a leg is farther from the leg's foot than this.
+    Models made of single sheets have one; a sphere next to a leg is farther from the foot of the leg.
     """
     reach = 0.8 * radius
     first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)

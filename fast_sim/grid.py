@@ -1,6 +1,6 @@
 """Uniform grids for neighbour search in the cloud and among the settled spheres.
 
-Both are dense over the bounding box and cut into vertical columns, because a sphere falls along one.
+Both cover the bounding box and are divided into vertical columns, because a sphere falls along one.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from .lanes import MOST_LANES
 from .sorting import cell_index, sort_by_cell
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
-BLOCK = 4  # spheres, as many as `near_of_four` asks of
+BLOCK = 4  # spheres, as `near_of_four` tests
 CACHE_LINE = 8  # numbers
 NEAR, TOUCHING = np.uint8(1), np.uint8(2)  # of `SphereGrid.near_points`
-STEPS = (0, -1, 1)  # to the cells around, the own one first
-SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
+STEPS = (0, -1, 1)  # to the surrounding cells, the own one first
+SPACING_POINTS = 1000  # for the median distance between neighbours, whose error is then a few per cent
 
 
 class PointGrid(NamedTuple):
@@ -38,22 +38,22 @@ class PointGrid(NamedTuple):
 
 
 class SphereGrid(NamedTuple):
-    """The settled spheres, in columns two radii wide: each a chain of blocks that grows as the pile does.
+    """The settled spheres, in columns two radii wide, each a chain of blocks that grows with the pile.
 
-    A rolling sphere is on top of the pile, so a column is searched from its last block down, and only as long as
-    anything further down is high enough.
+    A rolling sphere is on top of the pile, so a column is searched from its last block downwards, and only as long as
+    lower blocks contain centres that are high enough.
     """
 
     centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
-    # (nx * ny + block capacity, 4, BLOCK): the same centres by column, in rows 1 to 3 all x, all y and all z, infinite
-    # where there is none yet, so that a block is looked at without asking how full it is. The first nx * ny are the
-    # columns' last ones, side by side as the columns are, since nearly all that is read is there. Row 0 is the block's
-    # head: the highest centre in the column's blocks before, metres, -inf if there is none; the centres in this block;
-    # the block before; and, of a column's last block, the column's highest centre.
+    # (nx * ny + block capacity, 4, BLOCK): the same centres by column, with all x, all y and all z in rows 1 to 3.
+    # Unused entries are infinite, so that a block is searched without a test of how full it is. The first nx * ny
+    # blocks are the last ones of the columns, in the order of the columns, since nearly all accesses go there. Row 0 is
+    # the head of a block: the highest centre in the previous blocks of the column, metres, or -inf; the number of
+    # centres in this block; the number of the previous block; and, in the last block, the highest centre of the column.
     blocks: np.ndarray
     used: np.ndarray  # (1,) uint32, blocks in use
-    # (nx * ny * nz,) uint8: 0 where the cloud cannot matter to a sphere centred here, NEAR where it can, TOUCHING where
-    # it can also end a fall. Empty: not known.
+    # (nx * ny * nz,) uint8: 0 if the cloud cannot affect a sphere centred in the cell, NEAR if it can, TOUCHING if it
+    # can also end a fall; empty if unknown.
     near_points: np.ndarray
     left: float
     front: float
@@ -66,38 +66,29 @@ class SphereGrid(NamedTuple):
 
 
 def cell_side(extent: np.ndarray, side: float) -> float:
-    """Return the cell side nearest to the wished one that keeps the grid within MAX_CELLS."""
+    """Return the cell side, at least ``side``, that keeps the grid within MAX_CELLS."""
     while np.prod(np.ceil(extent / side) + 3) > MAX_CELLS:
         side *= 1.3
     return side
 
 
-def sorted_by_cell(
-    points: np.ndarray, low: np.ndarray, top: float, steps: np.ndarray, per_metre: float, nx: int, ny: int, nz: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first point of each cell, and points (N, 3) by column and, within a column, by cell from the top down.
-
-    Within a cell by their place in steps (3,) from the lowest corner, x before y before z, all in metres.
-    """
-    count, start = len(points), np.zeros(nx * ny * nz + 1, np.uint32)
-    cells, order, keys = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.int64)
-    filled = np.empty(nx * ny * nz, np.uint32)
-    xyz = np.empty(3 * count + MOST_LANES)[: 3 * count].reshape(3, count).T  # lanes reach beyond the last point
-    sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz)
-    return start, xyz
-
-
 def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: float) -> PointGrid:
-    """Sort a cloud (N, 3) within [low, high] into columns two radii wide, for large spheres one."""
-    side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
+    """Sort a cloud (N, 3) within [low, high] into columns two radii wide, or one radius for large spheres.
+
+    The points of a cell are sorted by x, y and z in small steps, so that the order of the cloud does not matter.
+    """
+    side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # larger cells contain more points
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
-    steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
-    start, xyz = sorted_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz)
+    steps = np.maximum((high - low) / 2**20, 1e-12)  # a million per axis, about a micrometre
+    count, start, filled = len(points), np.zeros(nx * ny * nz + 1, np.uint32), np.empty(nx * ny * nz, np.uint32)
+    cells, order, keys = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.int64)
+    xyz = np.empty(3 * count + MOST_LANES)[: 3 * count].reshape(3, count).T  # lanes read beyond the last point
+    sort_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz, cells, filled, order, keys, start, xyz)
     return PointGrid(xyz, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
 def point_spacing(points: PointGrid) -> float:
-    """Return the median distance between neighbouring points, metres, over a thousand evenly chosen ones."""
+    """Return the median distance of about a thousand evenly chosen points from their nearest neighbours, metres."""
     count = len(points.xyz)
     chosen = np.arange(0, count, max(1, count // SPACING_POINTS))
     nearest = np.empty(len(chosen))
@@ -107,9 +98,9 @@ def point_spacing(points: PointGrid) -> float:
 
 @entry_jit
 def find_nearest(points, chosen, nearest):
-    """Write each chosen point's distance to its nearest neighbour, at most one cell's side.
+    """Write the distance of each chosen point from its nearest neighbour, at most the side of a cell.
 
-    Its own cell is searched first: what lies there mostly is nearer than the next one.
+    The cell of the point is searched first, since it usually contains the nearest neighbour.
     """
     for k in range(len(chosen)):
         x, y, z = points.xyz[chosen[k], 0], points.xyz[chosen[k], 1], points.xyz[chosen[k], 2]
@@ -138,10 +129,7 @@ def find_nearest(points, chosen, nearest):
 
 @inline_jit
 def gap_to(place, cell, side, count):
-    """Return the distance of a place to a cell along one axis, metres from the edge of the grid, rounded down.
-
-    Of ``count`` cells; there is no way to others.
-    """
+    """Return a lower bound of the distance of a place from a cell along one axis, metres; infinite outside the grid."""
     if cell < 0 or cell >= count:
         return math.inf
     return max(0.0, max(cell * side - place, place - (cell + 1) * side) - 1e-9)
@@ -150,9 +138,9 @@ def gap_to(place, cell, side, count):
 def sphere_grid(
     points: PointGrid, low: np.ndarray, high: np.ndarray, radius: float, reach: float | None, capacity: int
 ) -> SphereGrid:
-    """Make an empty grid for every place where a sphere can settle on a cloud within [low, high].
+    """Return an empty grid for all places where a sphere can settle on a cloud within [low, high].
 
-    ``reach`` is how far from a sphere's centre the cloud can matter to it, metres; None: it is not worth knowing.
+    ``reach`` is the largest distance at which the cloud affects a sphere, metres; None: do not compute where it does.
     """
     margin = 2 * radius
     extent = high - low + 2 * margin
@@ -170,10 +158,10 @@ def sphere_grid(
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return arrays for a number of spheres: centres and blocks."""
+    """Return the arrays of centres and blocks for a number of spheres."""
     numbers = (columns + capacity // BLOCK) * 4 * BLOCK
     room = np.empty(numbers + CACHE_LINE)
-    skipped = -(room.ctypes.data // room.itemsize) % CACHE_LINE  # so that a block is two lines of the cache, not three
+    skipped = -(room.ctypes.data // room.itemsize) % CACHE_LINE  # so that a block covers two cache lines, not three
     return np.empty((capacity, 3)), room[skipped : skipped + numbers].reshape(-1, 4, BLOCK)
 
 
@@ -193,7 +181,7 @@ def mark_near_points(points, near, low, per_metre, reach, mark):
 
 
 def enlarged(spheres: SphereGrid, capacity: int) -> SphereGrid:
-    """Return the grid with room for more spheres."""
+    """Return a copy of the grid with room for more spheres."""
     room = sphere_rows(spheres.nx * spheres.ny, capacity)
     for new, old in zip(room, spheres, strict=False):
         new[: len(old)] = old
@@ -202,7 +190,7 @@ def enlarged(spheres: SphereGrid, capacity: int) -> SphereGrid:
 
 @inline_jit
 def insert(spheres, x, y, z, spare):
-    """Enter a settled sphere into its column, which may need the ``spare`` block; return whether it did."""
+    """Add a settled sphere to its column, which may need the ``spare`` block; return whether it did."""
     ix = cell_index(x - spheres.left, spheres.per_metre, spheres.nx)
     iy = cell_index(y - spheres.front, spheres.per_metre, spheres.ny)
     last = spheres.blocks[ix * spheres.ny + iy]
@@ -233,7 +221,7 @@ def columns_around(grid, x, y, reach):
 
 @inline_jit
 def may_touch_points(spheres, x, y, z):
-    """Return whether a sphere centred here can be near the cloud at all."""
+    """Return whether a sphere with its centre at (x, y, z) can be near the cloud."""
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((z - spheres.bottom) * spheres.per_metre)

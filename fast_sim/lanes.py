@@ -1,8 +1,9 @@
-"""Several points at once: which of them are near, as the bits of a number.
+"""Vector lanes: tests of several points at once, with the results as the bits of a number.
 
-Whether one point is near cannot be foreseen, and a wrong guess costs the processor more than asking of several at once.
-Numba makes no such code of a loop that writes as it goes, since it cannot know that the arrays are apart. So it is said
-in LLVM's words, which hold on any processor; each lane does what the same arithmetic of one point does, bit for bit.
+The processor cannot predict whether a point is near, and a misprediction costs more than testing several points at
+once. Numba does not vectorise a loop that writes its results, since it cannot know that the arrays do not overlap. So
+this code is written in LLVM's instructions, which work on any processor; each lane does the same arithmetic as for one
+point, bit for bit.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ MOST_LANES = 8
 
 
 def near_of(lanes: int) -> Callable[..., Any]:
-    """Return a compiled function that finds which of a number of points are near a place, for kernels.
+    """Return a function, for kernels, that finds which of ``lanes`` points are near a place.
 
-    It takes an array, the element at which their x begin, how many elements later their y begin, and again their z;
-    then x, y and z of the place, and the square of how far is near. Bit k of the uint64 that it returns is point k's.
+    Its arguments are an array, the index of the first x coordinate, the offset from the x to the y and from the y to
+    the z coordinates, the coordinates x, y and z of the place, and the squared distance. Bit k of the returned uint64
+    is set if point k is near.
     """
     vector = ir.VectorType(ir.DoubleType(), lanes)
 
@@ -31,12 +33,12 @@ def near_of(lanes: int) -> Callable[..., Any]:
         return types.uint64(array, types.uint64, types.uint64, *numbers), generate
 
     def generate(context: Any, builder: ir.IRBuilder, signature: Any, values: list[ir.Value]) -> ir.Value:
-        """Write the code for one call."""
+        """Generate the code of one call."""
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
         at, squares = values[1], []
         for place in values[3:6]:
             row = builder.load(builder.bitcast(builder.gep(data, [at]), vector.as_pointer()))
-            row.align = 8  # a number's; no more is known
+            row.align = 8  # that of a single number
             aside = builder.fsub(row, spread(builder, place, vector))
             squares.append(builder.fmul(aside, aside))
             at = builder.add(at, values[2])
@@ -48,7 +50,7 @@ def near_of(lanes: int) -> Callable[..., Any]:
 
 
 def spread(builder: ir.IRBuilder, value: ir.Value, vector: ir.VectorType) -> ir.Value:
-    """Return a number in every lane."""
+    """Return a vector with a number in every lane."""
     nothing, whole = ir.Constant(vector, ir.Undefined), ir.IntType(32)
     first = builder.insert_element(nothing, value, whole(0))
     return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(whole, vector.count), [0] * vector.count))
@@ -59,10 +61,10 @@ near_of_four, near_of_eight = near_of(4), near_of(8)
 
 @intrinsic
 def lowest_bit(_: Any, bits: Any):
-    """Return which is the lowest bit of a uint64 that is set; one is."""
+    """Return the number of the lowest set bit of a uint64, which must not be 0."""
 
     def generate(_: Any, builder: ir.IRBuilder, __: Any, values: list[ir.Value]) -> ir.Value:
-        """Write the code for one call."""
+        """Generate the code of one call."""
         return builder.cttz(values[0], cgutils.true_bit)
 
     return types.uint64(types.uint64), generate

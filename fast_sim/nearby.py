@@ -1,7 +1,7 @@
 """The neighbourhood of a rolling sphere, copied once and used for several steps.
 
-A step looks four times at its surroundings. Copied side by side they are read from the nearest cache, and one
-search of the grids serves until the sphere has rolled away from where it was made.
+A step reads its surroundings four times. A compact copy is read from the fastest cache, and one search of the grids is
+enough until the sphere has rolled away from where it was made.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from .grid import cell_index, columns_around, may_touch_points
 from .kernels import entry_jit, inline_jit
 from .lanes import lowest_bit, near_of_eight, near_of_four
 
-# Radii: the longest step, the fall after it that the surroundings decide, and the way that they serve for.
+# Radii: the longest step, the fall after it that the neighbourhood covers, and the distance for which it is reused.
 STRIDE, DEPTH, SLACK = 1.0, 0.05, 0.2
 SPHERE_REACH = 2 + STRIDE + DEPTH + SLACK
 POINT_REACH = 1 + STRIDE + DEPTH + SLACK
-KNOWN = 0.9999 * (STRIDE + DEPTH + SLACK)  # so near the place that was searched, all that a sphere touches is nearby
-MAX_SPHERES = 128  # that fit within SPHERE_REACH of a place: at the densest 0.74 * (SPHERE_REACH + 1)**3 = 87
+KNOWN = 0.9999 * (STRIDE + DEPTH + SLACK)  # within this distance, the neighbourhood contains all that a sphere touches
+MAX_SPHERES = 128  # within SPHERE_REACH of a place; the densest packing has 0.74 * (SPHERE_REACH + 1)**3 = 87
 
-# Unsigned, because signed indices cost a test for negative ones.
+# Unsigned, because signed indices need a test for negative values.
 NONE, ONE, FOUR, EIGHT, FULL = (np.uint64(number) for number in (0, 1, 4, 8, 64))
 
 
@@ -33,8 +33,8 @@ class Neighbourhood(NamedTuple):
     counts: np.ndarray  # (2,) int64: points, spheres
     place: np.ndarray  # (3,) metres
     normals: np.ndarray  # (C, 3) scratch for contacts
-    strip: np.ndarray  # (4,) metres, left, right, front and back of where may be looked; for most runs everywhere
-    pending: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
+    strip: np.ndarray  # (4,) metres: left, right, front and back bounds of the strip; infinite for most runs
+    pending: np.ndarray  # (16,) uint64 scratch: indices of the points or blocks whose bits are passed to copy functions
 
 
 @inline_jit
@@ -64,7 +64,7 @@ def still_valid(nearby, x, y, z, radius):
 
 @inline_jit
 def covers_fall(nearby, x, y, high, low, radius):
-    """Return whether the neighbourhood contains all that a sphere falling from ``high`` to ``low`` can touch."""
+    """Return whether the neighbourhood contains everything that a sphere falling from ``high`` to ``low`` can touch."""
     dx, dy, above, below = x - nearby.place[0], y - nearby.place[1], high - nearby.place[2], low - nearby.place[2]
     known = KNOWN * radius
     return dx * dx + dy * dy + max(above * above, below * below) < known * known
@@ -72,10 +72,10 @@ def covers_fall(nearby, x, y, high, low, radius):
 
 @inline_jit
 def copy_points(points, x, y, z, reach, pending, copied):
-    """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many.
+    """Copy the points within ``reach`` of (x, y, z) to ``copied``; return their number.
 
-    The answers of all lanes are gathered in the bits of one number before any is acted on: which of a few are near
-    cannot be foreseen, and a wrong guess for each few costs the processor more than all the rest.
+    The results of all lanes are collected in the bits of one number before any point is copied: the processor cannot
+    predict which points are near, and mispredictions would cost more than everything else.
     """
     first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     top = cell_index(points.top - z - reach, points.per_metre, points.nz)
@@ -88,7 +88,7 @@ def copy_points(points, x, y, z, reach, pending, copied):
             while i < end:
                 lanes = near_of_eight(points.xyz, i, stride, x, y, z, reach * reach)
                 if end - i < EIGHT:
-                    lanes &= (ONE << (end - i)) - ONE  # the others are of other cells
+                    lanes &= (ONE << (end - i)) - ONE  # the other lanes belong to other cells
                 near |= lanes << bits
                 pending[bits // EIGHT] = i
                 i += EIGHT
@@ -101,7 +101,7 @@ def copy_points(points, x, y, z, reach, pending, copied):
 
 @inline_jit
 def copy_near_points(xyz, near, pending, copied, count):
-    """Copy the points whose bits are set, after the first ``count`` of ``copied``; return how many that makes."""
+    """Append the points whose bits are set to the first ``count`` of ``copied``; return the new count."""
     while near:
         bit = lowest_bit(near)
         near &= near - ONE
@@ -113,14 +113,14 @@ def copy_near_points(xyz, near, pending, copied, count):
 
 @inline_jit
 def copy_spheres(spheres, x, y, z, reach, pending, copied):
-    """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``, as `copy_points`; return how many."""
+    """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``; return their number; see `copy_points`."""
     first_x, last_x, first_y, last_y = columns_around(spheres, x, y, reach)
     low, bits, near, count = z - reach, NONE, NONE, NONE
     for ix in range(first_x, last_x + 1):
         for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
             highest, block = spheres.blocks[column, 0, 3], np.uint64(column)
             while highest > low:
-                first = FOUR * (FOUR * block + ONE)  # below the block's head
+                first = FOUR * (FOUR * block + ONE)  # after the head of the block
                 near |= near_of_four(spheres.blocks, first, FOUR, x, y, z, reach * reach) << bits
                 pending[bits // FOUR] = block
                 bits += FOUR
@@ -133,7 +133,7 @@ def copy_spheres(spheres, x, y, z, reach, pending, copied):
 
 @inline_jit
 def copy_near_spheres(blocks, near, pending, copied, count):
-    """Do as `copy_near_points` with settled centres."""
+    """Append settled centres like `copy_near_points`."""
     while near:
         bit = lowest_bit(near)
         near &= near - ONE

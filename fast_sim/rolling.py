@@ -15,38 +15,38 @@ from .nearby import STRIDE, fill_neighbourhood, is_in_strip, still_valid, touche
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 ASTRAY = 4  # has left its strip, see `strips`
 MAX_STEPS = 20_000  # of one sphere, whatever happens
-ASIDE = 2.1  # radii: how far others lie aside of a sphere that leans on none
-GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
+ASIDE = 2.1  # radii: smallest distance of other spheres from one that does not lean on any
+GRAZING = 1e-6  # a smaller share of the motion towards a point counts as tangential, along a contact
 
 
 class RollShape(NamedTuple):
     """Lengths that depend on the radius and on the cloud's spacing, in metres."""
 
-    gap: float  # farthest that a flat surface's nearest point lies aside of the contact
-    patch: float  # reach around the contact whose points make the plane
-    bump: float  # how far a sphere sinks between points, so how high it must be able to climb
+    gap: float  # largest distance between the contact and the nearest point of a flat surface
+    patch: float  # distance from the contact within which points define the plane
+    bump: float  # depth to which a sphere sinks between points, so the height that it must be able to climb
     flat: float  # sine of the slope that counts as flat
     stalled: int  # steps without a new lowest height after which a sphere is blocked
 
 
 @inline_jit
 def free_path(around, near, x, y, z, vx, vy, vz, touch, length):
-    """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything around."""
+    """Return how far a sphere can move along the unit vector v before it is within ``touch`` of a point around."""
     for i in range(near):
         px, py, pz = x - around[0, i], y - around[1, i], z - around[2, i]
         approach = px * vx + py * vy + pz * vz
         inside = approach * approach - (px * px + py * py + pz * pz) + touch * touch
-        if (approach < -GRAZING * touch) & (inside > 0):  # one question, mostly answered by no
+        if (approach < -GRAZING * touch) & (inside > 0):  # one branch, which is rarely taken
             length = min(length, -approach - math.sqrt(inside))
     return length
 
 
 @inline_jit
 def step(points, spheres, nearby, x, y, z, radius, shape):
-    """Move a sphere in contact at (x, y, z) one stride downhill; return its new place and whether it moved.
+    """Move a sphere in contact at (x, y, z) one stride downhill; return its new position and whether it moved.
 
-    It moves along the steepest descent that its contacts leave free, as far as nothing is in the way, is
-    lifted over the roughness of a sampled surface, and falls again to what is below.
+    It moves along the steepest descent that its contacts allow until something is in the way, is lifted over the
+    roughness of a sampled surface, and falls onto what is below.
     """
     normals = nearby.normals
     touching, on_plane = cloud_contact(nearby, x, y, z, radius, shape)
@@ -73,7 +73,7 @@ def step(points, spheres, nearby, x, y, z, radius, shape):
 
 @inline_jit
 def rest(points, nearby, x, y, z, radius, low, high):
-    """Return the outcome of coming to rest at (x, y, z), and whether it is on the object.
+    """Return the outcome of a sphere that stops at (x, y, z), and whether it touches the object.
 
     Resting on spheres alone counts only within the object's bounding box (paper, §III-A).
     """
@@ -89,9 +89,9 @@ def rest(points, nearby, x, y, z, radius, low, high):
 
 @inline_jit
 def height_on_plane(nearby, x, y, z, radius, shape):
-    """Return the height at which a sphere at rest touches the flat surface that it rests on.
+    """Return the height at which a sphere at rest touches the flat surface below it.
 
-    In contact with points it has sunk between them. It stays so beside other spheres, which it may lean on.
+    In contact with points, it has sunk between them. Next to other spheres, on which it may lean, it stays there.
     """
     around, normal = nearby.points, nearby.normals[0]
     if not cloud_contact(nearby, x, y, z, radius, shape)[1] or normal[2] < math.sqrt(1 - shape.flat * shape.flat):
@@ -107,12 +107,12 @@ def height_on_plane(nearby, x, y, z, radius, shape):
 
 @inline_jit
 def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
-    """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
+    """Roll a sphere from its first contact at (x, y, z) until it rests or has left the object.
 
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
     lowest, stalled = z, 0
-    nearby.place[0] = np.inf  # nothing has been searched yet
+    nearby.place[0] = np.inf  # the neighbourhood is not known yet
     for _ in range(MAX_STEPS):
         if z <= radius:
             if stands_on_floor(points, x, y, radius):

@@ -1,4 +1,4 @@
-"""Points sorted by the cells of a grid, in an order that does not depend on the one in which they came."""
+"""Sorting of points by the cells of a grid, in an order that does not depend on their original order."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from .kernels import entry_jit, inline_jit
 
 ONE = np.uint32(1)
-INSERTED = np.uint32(40)  # points of a cell that are sorted by insertion as they come, at most
+INSERTED = np.uint32(40)  # largest number of points of a cell that are sorted by insertion
 
 
 @inline_jit
 def cell_index(offset, per_metre, count):
-    """Return the cell that holds an offset from the grid's edge, or the nearest one."""
+    """Return the cell that contains an offset from the edge of the grid, or the nearest one."""
     return min(count - 1, max(0, int(offset * per_metre)))
 
 
 @inline_jit
 def count_cells(points, low, top, per_metre, nx, ny, nz, cells, filled, start):
-    """Write the cell of each point, and how many points there are in the cells before each one, twice."""
+    """Write the cell of each point, and twice the number of points in all cells before each cell."""
     for i in range(len(points)):
         ix = cell_index(points[i, 0] - low[0], per_metre, nx)
         iy = cell_index(points[i, 1] - low[1], per_metre, ny)
@@ -47,9 +47,9 @@ def sort_many(keys, order, first, end):
 
 @entry_jit
 def sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz):
-    """Write the first point of each cell and the points, sorted; what is before these two is scratch.
+    """Write the start of each cell and the sorted points into the last two arguments; those before are scratch.
 
-    The few of most cells are sorted by insertion, which needs no second pass.
+    Most cells contain few points, which are sorted by insertion without a second pass.
     """
     count_cells(points, low, top, per_metre, nx, ny, nz, cells, filled, start)
     for i in range(len(points)):

@@ -1,9 +1,10 @@
-"""The drops on a large object, in independent strips: faster, and on several cores.
+"""Drops on a large object in independent strips: faster, and on several cores.
 
-Some thousand spheres are dropped together. The object is cut into strips across its length; each sphere that keeps to
-its own strip is dropped there, one after another with its neighbours, so that what one reads is still in the cache for
-the next. Those that went astray are dropped after them, in strips along it, and what is left last. Who went astray is
-decided by its way alone, so the number of cores decides how long it takes, and nothing else.
+Some thousand spheres are dropped together. The object is divided into strips across its length. The spheres that stay
+in their own strip are dropped there, neighbours one after another, so that the data of one are still in the cache for
+the next. Those that would leave their strip are dropped after them, in strips along the object, and the remaining ones
+last. Only its own path decides whether a sphere leaves its strip, so the number of cores changes the time and nothing
+else.
 """
 
 from __future__ import annotations
@@ -21,37 +22,37 @@ from .kernels import entry_jit
 from .nearby import Neighbourhood
 from .rolling import ASTRAY, SETTLED
 
-LARGE = 2000  # columns of an object that is worth it
-SHARE = 0.5  # of the columns, spheres dropped together: few of them come near each other
-PACE = 2.0  # where half of them settle this many are dropped together, and fewer where fewer do
-OF_ALL = 1 / 8  # of the drops so far, at most
-WIDE = 100  # columns of a strip; one of a quarter as many at least is cut in two
-TILE = 12  # radii: the side of the squares that are filled one after another
+LARGE = 2000  # smallest number of columns of an object for which strips pay off
+SHARE = 0.5  # spheres dropped together, per column: few of them come near each other
+PACE = 2.0  # if less than 1 / PACE of them settle, fewer are dropped together
+OF_ALL = 1 / 8  # largest share of the drops so far that are dropped together
+WIDE = 100  # columns of a strip; an object with more than a quarter of it is divided into at least two
+TILE = 12  # radii: side of the squares that are filled one after another
 EVERYWHERE = (-np.inf, np.inf, -np.inf, np.inf)
 
 
 class DropEnds(NamedTuple):
     """The results of spheres that were dropped together."""
 
-    centers: np.ndarray  # (M, 3) where they ended, metres
+    centers: np.ndarray  # (M, 3) final positions, metres
     outcomes: np.ndarray  # (M,) int8
-    touching: np.ndarray  # (M,) bool: the object itself
+    touching: np.ndarray  # (M,) bool: whether they touch the object itself
 
 
 @entry_jit
 def drop_in_strip(points, spheres, nearby, columns, order, radius, shape, low, high, spares, ends, outcomes, touching):
-    """Drop a sphere down each of the columns (M, 2) that are listed in ``order``, and enter those that settle.
+    """Drop a sphere down each of the columns (M, 2) listed in ``order``, and add those that settle to the grid.
 
     Parameters
     ----------
     points, spheres, nearby, columns, radius, shape, low, high
-        As of `drop_spheres`; ``nearby`` holds the strip, which no sphere leaves.
+        See `drop_spheres`; ``nearby`` contains the bounds of the strip.
     order : (K,) int64
-        Which columns.
+        Indices of the columns.
     spares : (M,) uint32
-        A block for each column's sphere, should it need one; set to 0 where it did.
+        A spare block for the sphere of each column; set to 0 if it was used.
     ends, outcomes, touching
-        Of `DropEnds`; receive what became of them, `ASTRAY` where one would have left the strip.
+        See `DropEnds`; receive the results, with the outcome `ASTRAY` for spheres that would leave the strip.
     """
     for k in order:
         x, y = columns[k, 0], columns[k, 1]
@@ -67,21 +68,19 @@ class Strips:
 
     def __init__(self, spheres: SphereGrid, radius: float, nearbies: Sequence[Neighbourhood]):
         self.radius, self.low = radius, np.array([spheres.left, spheres.front])
-        # A sphere reads up to 3.3 radii from where it last looked around, and all of the columns there; it settles
-        # within 1.3 radii. So far inside their strips, no two of them meet in one column.
+        # A sphere reads up to 3.3 radii from where its neighbourhood was searched, and whole columns there; it settles
+        # within 1.3 radii. With this margin inside their strips, no two spheres access the same column.
         self.margin = 2 * radius + spheres.cell
         self.most, self.settling = int(SHARE * spheres.nx * spheres.ny), 1.0
         self.spares = np.empty(0, np.uint32)
-        self.nearbies, self.threads = nearbies, ThreadPoolExecutor(len(nearbies))  # which begin with the first task
-        cuts = [
-            (0, strip_cuts(spheres.left, spheres.cell, spheres.nx)),
-            (1, strip_cuts(spheres.front, spheres.cell, spheres.ny)),
-        ]
-        cuts.sort(key=lambda cut: -len(cut[1]))
-        self.rounds = [*cuts, (0, np.empty(0))]  # along which axis it is cut, and where; last, not at all
+        self.nearbies, self.threads = nearbies, ThreadPoolExecutor(len(nearbies))  # threads start with the first task
+        along_x = strip_cuts(spheres.left, spheres.cell, spheres.nx)
+        along_y = strip_cuts(spheres.front, spheres.cell, spheres.ny)
+        cuts = [(0, along_x), (1, along_y)] if len(along_x) >= len(along_y) else [(1, along_y), (0, along_x)]
+        self.rounds = [*cuts, (0, np.empty(0))]  # axis and positions of the cuts in each round; none in the last
 
     def drop(self, points: PointGrid, spheres: SphereGrid, columns: np.ndarray, *how: object) -> DropEnds:
-        """Drop a sphere down each of the columns (M, 2); ``how`` are the radius, the shape and the box."""
+        """Drop a sphere down each of the columns (M, 2); ``how`` are the radius, the shape and the bounding box."""
         ends = DropEnds(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
         self.reserve_spares(spheres, len(columns))
         left = self.tile_order(columns)
@@ -100,7 +99,7 @@ class Strips:
     def together(self, drops: int) -> int:
         """Return the number of spheres to drop together after a number of drops.
 
-        The nearer the end, at which few settle, the fewer, since a run ends only after all of them.
+        Near the end of a run, when few settle, the number is small, since the run can only end after all of them.
         """
         return int(min(drops * OF_ALL, self.most * min(1.0, PACE * self.settling)))
 
@@ -128,14 +127,14 @@ class Strips:
             drop_in_strip(points, spheres, nearby, columns, orders[strip], *how, self.spares, *ends)
 
     def reserve_spares(self, spheres: SphereGrid, count: int):
-        """Reserve a block for each of a number of spheres; unused ones are used again."""
+        """Reserve a block for each of a number of spheres, reusing blocks that were not needed."""
         free = self.spares[self.spares > 0]
         new = np.arange(spheres.used[0], spheres.used[0] + max(0, count - len(free)), dtype=np.uint32)
         spheres.used[0] += len(new)
         self.spares = np.concatenate([free, new])
 
     def tile_order(self, columns: np.ndarray) -> np.ndarray:
-        """Return the order (M,) of columns (M, 2) that goes from tile to tile, back and forth."""
+        """Return an order (M,) of columns (M, 2) that goes through the tiles back and forth."""
         across, along = ((columns - self.low) / (TILE * self.radius)).astype(np.int64).T
         rows = along.max(initial=0) + 1
         tiles = across * rows + np.where(across % 2, rows - 1 - along, along)
@@ -143,6 +142,6 @@ class Strips:
 
 
 def strip_cuts(start: float, cell: float, count: int) -> np.ndarray:
-    """Return where this many columns along an axis are cut into strips, metres."""
+    """Return the positions at which ``count`` columns along an axis are divided into strips, metres."""
     strips = max(count // WIDE, 2 if count > WIDE // 4 else 1)
     return start + cell * count / strips * np.arange(1, strips)
