@@ -76,7 +76,7 @@ def resident(limits: ObjectLimits) -> Worker:
     workers = _residents.__dict__.setdefault("workers", {})
     if limits not in workers:
         multiprocessing.current_process().daemon = False  # Dask's workers are, and then may have no children
-        workers[limits] = Worker(settled_rows, limits.seconds, says=False, memory_limit=limits.memory)
+        workers[limits] = Worker(settled_rows, limits.seconds, verbose=False, memory_limit=limits.memory)
     return workers[limits]
 
 

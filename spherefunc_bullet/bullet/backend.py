@@ -147,6 +147,6 @@ class BulletSimulator(Physics):
 
     def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
         """Test places of an object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
-        from .proofs import proved
+        from .proofs import prove_uses
 
-        return proved(cloud, uses, settings, seed)
+        return prove_uses(cloud, uses, settings, seed)

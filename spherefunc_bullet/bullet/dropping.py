@@ -48,7 +48,7 @@ class Flights:
         self.time = np.zeros(count)  # since the start
         self.slow = np.zeros(count)  # time for which it has been slower than the speed of rest
         self.outcomes = np.full(count, IN_FLIGHT)
-        limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
+        limits = (physics.check_interval, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
         arrays = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
         self.state = (*arrays, low, high, *limits)  # arguments of `update_flights`
         self.ended, self.fastest = 0, 0.0  # at the last check: number of flights that ended, and the highest speed
@@ -63,7 +63,7 @@ class Flights:
         self.positions[slot] = position
         self.flying[slot], self.time[slot], self.slow[slot] = True, 0.0, 0.0
 
-    def look(self, positions: np.ndarray) -> np.ndarray:
+    def update(self, positions: np.ndarray) -> np.ndarray:
         """Update the positions (K, 3); return the outcome of each slot, -1 if it is free or its sphere still moves."""
         self.ended, self.fastest = update_flights(positions, *self.state)
         return self.outcomes
@@ -72,7 +72,7 @@ class Flights:
         """Return whether a flight has exceeded the time limit."""
         return self.time[slot] > self.physics.time_limit
 
-    def rouse(self, slot: int):
+    def reset_rest(self, slot: int):
         """Restart the time of rest of a sphere that has stopped."""
         self.slow[slot] = 0.0
 
@@ -83,7 +83,7 @@ class Flights:
 
 @njit(cache=True, error_model="numpy")
 def update_flights(
-    new, flying, positions, speeds, time, slow, outcomes, low, high, look, rest_speed, rest_time, time_limit
+    new, flying, positions, speeds, time, slow, outcomes, low, high, interval, rest_speed, rest_time, time_limit
 ):
     """Update the state of the flights from new positions, and write the outcomes of those that ended.
 
@@ -96,11 +96,11 @@ def update_flights(
             continue
         x, y, z = new[i, 0], new[i, 1], new[i, 2]
         dx, dy, dz = x - positions[i, 0], y - positions[i, 1], z - positions[i, 2]
-        speeds[i] = math.sqrt(dx * dx + dy * dy + dz * dz) / look
+        speeds[i] = math.sqrt(dx * dx + dy * dy + dz * dz) / interval
         fastest = max(fastest, speeds[i])
         positions[i] = new[i]
-        time[i] += look
-        slow[i] = slow[i] + look if speeds[i] < rest_speed else 0.0
+        time[i] += interval
+        slow[i] = slow[i] + interval if speeds[i] < rest_speed else 0.0
         reach = 1 + TOUCH
         beside = x < low[0] - reach or x > high[0] + reach or y < low[1] - reach or y > high[1] + reach
         if not math.isfinite(x + y + z):
@@ -186,7 +186,7 @@ class DropRun:
             self.launch()
             if not self.over:
                 self.world.step()
-                self.look()
+                self.check()
 
     @property
     def over(self) -> bool:
@@ -224,9 +224,9 @@ class DropRun:
         self.next += 1
         return x, y
 
-    def look(self):
+    def check(self):
         """Check the positions of the spheres, and end the flights that are over."""
-        outcomes = self.flights.look(self.world.positions())
+        outcomes = self.flights.update(self.world.positions())
         limit = self.world.physics.terminal_speed
         if not self.flights.fastest <= 0.8 * limit:  # also if it is NaN
             for slot in self.flights.fast(0.8 * limit):
@@ -242,7 +242,7 @@ class DropRun:
         if outcome == Outcome.SETTLED:
             to_object, deepest = self.world.contacts(slot)
             if deepest < -SUNKEN and not self.flights.late(slot):
-                return self.flights.rouse(slot)
+                return self.flights.reset_rest(slot)
             outcome = Outcome.TIMED_OUT if deepest < -OVERLAP else self.resting_place(center, to_object <= TOUCH)
         elif not np.isfinite(center).all():
             self.world.renew(slot)

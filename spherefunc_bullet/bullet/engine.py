@@ -53,7 +53,9 @@ def pybullet():
         with ThreadPoolExecutor(1) as apart:
             apart.submit(import_silently).result()
         import pybullet
-    keep_memory()
+    # On Linux the C library keeps blocks as large as the largest that was ever freed, up to 32 MiB. Freeing one at the
+    # start, which is never written to, makes it keep the memory of a closed engine for the next one.
+    np.empty(LARGEST_REUSED_BLOCK, np.uint8)
     return pybullet
 
 
@@ -108,15 +110,6 @@ def own_descriptors():
         raise OSError("descriptors stay those of the process")
 
 
-def keep_memory():
-    """Make the C library keep the memory of a closed engine for the next one instead of returning it to the system.
-
-    On Linux it keeps blocks as large as the largest that was ever freed, up to 32 MiB, so after a few engines it would
-    do so anyway. The block below is never written to.
-    """
-    np.empty(LARGEST_REUSED_BLOCK, np.uint8)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Physics(CheckedSettings):
     """Material, time step and the criterion of rest.
@@ -150,7 +143,7 @@ class Physics(CheckedSettings):
             super().__post_init__()
 
     @property
-    def look(self) -> float:
+    def check_interval(self) -> float:
         """Time between two checks of the spheres."""
         return self.time_step * self.sub_steps
 

@@ -37,7 +37,7 @@ class World(Engine):
 
     def __init__(self, physics: Physics):
         super().__init__(
-            fixedTimeStep=physics.look,
+            fixedTimeStep=physics.check_interval,
             numSubSteps=physics.sub_steps,
             numSolverIterations=physics.iterations,
             enableFileCaching=0,

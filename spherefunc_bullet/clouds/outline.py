@@ -76,14 +76,6 @@ def merge_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray,
     return ordered[is_new], merged[faces]
 
 
-def _sideways(start: np.ndarray, end: np.ndarray, apex: np.ndarray) -> np.ndarray:
-    """Return the unit vectors (E, 3) from each edge, at right angles to it, to the third corner of the face."""
-    along, across = end - start, apex - start
-    share = np.einsum("ex,ex->e", across, along) / np.maximum(np.einsum("ex,ex->e", along, along), 1e-300)
-    across = across - along * share[:, None]
-    return across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
-
-
 def outline_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return the free and sharp edges of a mesh whose equal vertices are merged.
 
@@ -105,7 +97,10 @@ def outline_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     is_first = np.ones(len(ends), dtype=bool)
     is_first[1:] = (ends[1:] != ends[:-1]).any(axis=1)
     starts = np.flatnonzero(is_first)
-    side = _sideways(vertices[ends[:, 0]], vertices[ends[:, 1]], vertices[apex])
+    along, across = vertices[ends[:, 1]] - vertices[ends[:, 0]], vertices[apex] - vertices[ends[:, 0]]
+    share = np.einsum("ex,ex->e", across, along) / np.maximum(np.einsum("ex,ex->e", along, along), 1e-300)
+    across = across - along * share[:, None]  # from each edge, at right angles to it, to the third corner of the face
+    side = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     cosine = np.einsum("ex,ex->e", side, side[starts][np.cumsum(is_first) - 1])  # with the edge's first face
     is_bent = np.logical_or.reduceat(np.abs(cosine) <= _FLAT, starts)
     has_opposite = np.logical_or.reduceat(cosine < -_FLAT, starts)

@@ -47,17 +47,12 @@ def prepare(cloud: Cloud) -> Cloud:
 
 def levelled(cloud: Cloud) -> Cloud:
     """Return an object rotated by at most ten degrees so that it stands level, or unchanged if it already does."""
-    if stands_on_feet(cloud):
+    points, extent = cloud.points, float(cloud.size.max())
+    feet = points[points[:, 2] < cloud.bounds[0, 2] + np.tan(np.radians(LEVEL_DEG)) * extent, :2]
+    if reach_around(feet, cloud) > SAFE * extent:  # feet within half a degree of the ground surround its centre
         return cloud
     rotation = upright_rotation(cloud)
     return cloud if rotation is None else rotated_cloud(cloud, rotation)
-
-
-def stands_on_feet(cloud: Cloud) -> bool:
-    """Return whether points within half a degree of the ground surround the centre of an object."""
-    points, extent = cloud.points, float(cloud.size.max())
-    feet = points[points[:, 2] < cloud.bounds[0, 2] + np.tan(np.radians(LEVEL_DEG)) * extent, :2]
-    return reach_around(feet, cloud) > SAFE * extent
 
 
 def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
@@ -68,14 +63,13 @@ def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
 
 def upright_rotation(cloud: Cloud) -> np.ndarray | None:
     """Return the rotation (3, 3) that makes an object level; None if there is none."""
-    some = cloud.points[:: max(1, len(cloud) // SOME)]
-    extent = float(cloud.size.max())
+    some, extent = cloud.points[:: max(1, len(cloud) // SOME)], float(cloud.size.max())
     before = sharpness(some, np.array([0.0, 0.0, 1.0]), extent)
     foot = resting_direction(cloud)
-    if foot is not None and (
-        sharpness(some, foot, extent) > SHARPER[0] * before or surely_rests(cloud.points @ foot, cloud, extent)
-    ):
-        return rotation_to_z(foot)
+    if foot is not None:
+        sharper = sharpness(some, foot, extent) > SHARPER[0] * before
+        if sharper or surely_rests(cloud.points @ foot, cloud, extent):
+            return rotation_to_z(foot)
     best = sharpest(some, extent)
     if best[2] < np.cos(np.radians(ASKEW_DEG - STEPS[1])):  # at the limit of the search
         return None

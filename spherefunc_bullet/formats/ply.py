@@ -128,26 +128,22 @@ class _TextBody(_BinaryBody):
         return super().table(_Element(element.name, element.count, as_numbers))
 
 
-def _rows_one_by_one(body: _BinaryBody, element: _Element) -> dict[str, list]:
-    """Return the values of an element whose lists differ in length."""
-    columns = {prop.name: [] for prop in element.properties}
-    for _ in range(element.count):
-        for prop in element.properties:
-            count = int(body.take(prop.count_kind, 1)[0]) if prop.count_kind else 1
-            if count < 0:
-                raise FormatError(f"expected lists of no negative length, got {count}; is the file damaged?")
-            columns[prop.name].append(body.take(prop.kind, count) if count else np.empty(0))
-    return columns
-
-
 def _read_element(body: _BinaryBody, element: _Element) -> dict[str, list] | np.ndarray:
     """Return the columns of an element."""
     if not 0 <= element.count <= body.room(element):
         raise FormatError(f"expected {element.count} of '{element.name}', more than the file holds; is it cut off?")
     if not element.count or not element.properties:
         return {}
-    rows = body.table(element)
-    return _rows_one_by_one(body, element) if rows is None else rows
+    if (rows := body.table(element)) is not None:
+        return rows
+    columns = {prop.name: [] for prop in element.properties}
+    for _ in range(element.count):  # row by row, since the lists differ in length
+        for prop in element.properties:
+            count = int(body.take(prop.count_kind, 1)[0]) if prop.count_kind else 1
+            if count < 0:
+                raise FormatError(f"expected lists of no negative length, got {count}; is the file damaged?")
+            columns[prop.name].append(body.take(prop.kind, count) if count else np.empty(0))
+    return columns
 
 
 def _triangles(columns: dict[str, list] | np.ndarray, element: _Element) -> np.ndarray:

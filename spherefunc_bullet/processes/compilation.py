@@ -56,25 +56,25 @@ lean_njit = partial(njit, _nrt=False)
 def folder_of(module: str) -> Path:
     """Return the folder of the compiled code of a module; folders of older sources next to the module are removed."""
     file = Path(sys.modules[module].__file__)
-    beside, name = file.parent / "__pycache__", f"{KEPT}-{file.stem}-{decided_by(module)[:16]}"
-    for other in beside.glob(f"{KEPT}-{file.stem}-*"):
+    local, name = file.parent / "__pycache__", f"{KEPT}-{file.stem}-{dependency_hash(module)[:16]}"
+    for other in local.glob(f"{KEPT}-{file.stem}-*"):
         if other.name != name:
             shutil.rmtree(other, ignore_errors=True)
-    return home_of(beside) / name
+    return cache_folder(local) / name
 
 
-def home_of(beside: Path) -> Path:
+def cache_folder(local: Path) -> Path:
     """Return $NUMBA_CACHE_DIR, or the folder next to a module, or the user's cache if that is not writable."""
     if config.CACHE_DIR:
         return Path(config.CACHE_DIR)
-    if os.access(beside if beside.exists() else beside.parent, os.W_OK):
-        return beside
+    if os.access(local if local.exists() else local.parent, os.W_OK):
+        return local
     users = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return users / "spherefunc" / KEPT
 
 
 @cache
-def decided_by(module: str) -> str:
+def dependency_hash(module: str) -> str:
     """Return a hash of everything that a module's kernels depend on: its file, kernels of other files, and numbers.
 
     Arrays are not included, since no kernel uses one from its module.
@@ -84,7 +84,7 @@ def decided_by(module: str) -> str:
     for name, value in sorted(vars(loaded).items()):
         origin = getattr(value, "__module__", None) or ""
         if type(value).__module__.startswith("numba.") and origin != module and origin in sys.modules:
-            digest.update(f"{name} {decided_by(origin)}".encode())
+            digest.update(f"{name} {dependency_hash(origin)}".encode())
         elif is_constant(value):
             digest.update(f"{name} {value!r}".encode())
     return digest.hexdigest()
@@ -98,13 +98,13 @@ def is_constant(value: object) -> bool:
 class Announcer(event.Listener):
     """Logs once per process that kernels of this package are compiled."""
 
-    said = False
+    logged = False
 
     def on_start(self, event: event.Event):
         """Log a message before the first kernel is compiled."""
         ours = event.data["dispatcher"].__module__.partition(".")[0] == PACKAGE
-        if ours and not self.said:
-            self.said = True
+        if ours and not self.logged:
+            self.logged = True
             logger.info("compiling code for the first run on this machine: about 15 seconds ...")
 
     def on_end(self, event: event.Event):

@@ -61,7 +61,7 @@ def run_tasks(
     from .worker import Worker, WorkerTask
 
     left = (WorkerTask(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
-    workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
+    workers = [Worker(function, time_limit, verbose=number == 0, memory_limit=memory_limit) for number in range(count)]
     try:
         yield from finish(workers, left)
     finally:

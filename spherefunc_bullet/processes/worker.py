@@ -152,10 +152,10 @@ class Worker:
     One of several workers logs progress, the others only problems.
     """
 
-    def __init__(self, function: Callable, time_limit: float, says: bool, memory_limit: int | None = None):
+    def __init__(self, function: Callable, time_limit: float, verbose: bool, memory_limit: int | None = None):
         logger = logging.getLogger("spherefunc")
         self.function, self.time_limit, self.memory_limit = function, time_limit, memory_limit
-        self.level = logger.level if says and logger.handlers else None
+        self.level = logger.level if verbose and logger.handlers else None
         self.process = None
 
     def begin(self, task: WorkerTask, again: bool = False):
@@ -205,7 +205,7 @@ class Worker:
         code = self.end(PATIENCE)
         if not self.ready and code >= 0:
             raise RuntimeError(f"a worker process could not start (exit code {code}), for the reason that it printed")
-        return self.retry_or(loss(self.task.name, code, self.memory_limit))
+        return self.retry_or(lost_task_error(self.task.name, code, self.memory_limit))
 
     def retry_or(self, error: InputError) -> list:
         """Start the task again in a new process; the second time, the error is its outcome."""
@@ -226,7 +226,7 @@ class Worker:
         return code
 
 
-def loss(name: str, code: int, memory_limit: int | None) -> InputError:
+def lost_task_error(name: str, code: int, memory_limit: int | None) -> InputError:
     """Return the error of a task whose process ended twice, with an exit code."""
     limit = "" if memory_limit is None else f" than the {memory_limit >> 20} MiB that a worker may have"
     if code == OUT_OF_MEMORY:

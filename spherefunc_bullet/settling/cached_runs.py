@@ -40,13 +40,13 @@ class LoadOptions:
     up: str = BY_FILE
     units: str = "m"
 
-    def of(self, path: Path) -> LoadOptions:
+    def for_file(self, path: Path) -> LoadOptions:
         """Return the options for one file, with the up axis of its format where that decides."""
         return replace(self, up=promised_up(path)) if self.up == BY_FILE else self
 
     def to_dict(self) -> dict[str, str]:
         """Return the options as a run folder saves them: for files whose format has no up axis, it is z."""
-        return asdict(self.of(Path()))
+        return asdict(self.for_file(Path()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class DropConfig:
             If the file, or one that it names, cannot be read: missing, too large, a pipe.
         """
         source = as_source(file)
-        digest = hashlib.sha256(f"{FORMAT} {source.kind} {asdict(self.loading.of(source.path))}".encode())
+        digest = hashlib.sha256(f"{FORMAT} {source.kind} {asdict(self.loading.for_file(source.path))}".encode())
         for part in source.digests():
             digest.update(part)
         return digest.hexdigest()

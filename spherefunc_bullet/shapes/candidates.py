@@ -56,7 +56,7 @@ def has_vhacd() -> bool:
     return find_spec("vhacdx") is not None
 
 
-def made(name: str, make: Make) -> Solid:
+def make_solid(name: str, make: Make) -> Solid:
     """Make a candidate and return it with its name and the seconds that it took."""
     started = time.perf_counter()
     solid = make()

@@ -19,11 +19,11 @@ from ..formats.sources import Geometry, joined_meshes
 from ..formats.units import BY_FILE
 from ..simulator.mechanics import Material
 from ..simulator.statics.body import body_of
-from .candidates import MISSING, Make, candidates, has_vhacd, made, of_hull, of_mesh
+from .candidates import MISSING, Make, candidates, has_vhacd, make_solid, of_hull, of_mesh
 from .comparison import KeepCriteria, ShapeRow, Subject, row_of, with_verdict
 from .exposure import Fitting
 from .files import write_shape
-from .loaded import FileFrame, loaded, quiet
+from .loaded import FileFrame, load_solids, no_report
 from .solid import Solid, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
@@ -55,7 +55,7 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
         for name, make in kind:
             if tried and enough():
                 break
-            solid = made(name, make)
+            solid = make_solid(name, make)
             tried.append((solid, row_of(subject, solid, criteria, early=True)))
             if tried[-1][1].keeps:
                 break
@@ -74,7 +74,7 @@ def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator
         yield [("mesh", partial(of_mesh, subject.cloud))]
     yield [("hull", partial(of_hull, subject.cloud))]
     fitting = Fitting(subject, enough)
-    yield [(f"fitted {scale:g}", partial(fitting.of, scale)) for scale in SCALES]
+    yield [(f"fitted {scale:g}", partial(fitting.pieces, scale)) for scale in SCALES]
 
 
 def shortfall(row: ShapeRow) -> float:
@@ -176,7 +176,7 @@ def compare_shapes(
     keep: float | None = None,
     units: str = "m",
     up: str = BY_FILE,
-    report: Report = quiet,
+    report: Report = no_report,
 ) -> Shapes:
     """Compare collision shapes: how well they preserve the function of an object, and their cost.
 
@@ -205,12 +205,13 @@ def compare_shapes(
     kept = KeepCriteria() if keep is None else KeepCriteria(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
     subject.mesh  # noqa: B018 - clouds without a mesh are refused before anything is measured
-    others = named_collision(anything, collision)
+    if collision is None and isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION:
+        collision = anything
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
     if shapes and not has_vhacd():
         report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
-    pairs = [pair for path in others for pair in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
-    pairs += candidate_rows(subject, makes, kept, report)
+    links = [] if collision is None else list(load_solids(Path(collision), frame))
+    pairs = [*rows_of_links(subject, links, kept, report), *candidate_rows(subject, makes, kept, report)]
     solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
 
@@ -218,11 +219,11 @@ def compare_shapes(
 def rows_of_links(
     subject: Subject, links: list[Solid], criteria: KeepCriteria, report: Report
 ) -> Iterator[tuple[Solid, ShapeRow]]:
-    """Yield a single link with its row; or all links together, and then each that is as large as the object."""
-    if len(links) == 1:
-        yield links[0], row_of(subject, links[0], criteria)
+    """Yield a single link with its row; or several links together, and then each that is as large as the object."""
+    if len(links) < 2:
+        yield from ((link, row_of(subject, link, criteria)) for link in links)
         return
-    whole = together(links)
+    whole = merged_links(links)
     yield whole, row_of(subject, whole, criteria)
     for link in links:
         try:
@@ -238,25 +239,17 @@ def candidate_rows(
     subject.seen  # noqa: B018 - an object that cannot be used itself is an error before any candidate is made
     for name, make in makes.items():
         try:
-            solid = made(name, make)
+            solid = make_solid(name, make)
             yield solid, row_of(subject, solid, criteria)
         except InputError as error:
             report(f"{error}; it is not compared")
 
 
-def together(links: list[Solid]) -> Solid:
+def merged_links(links: list[Solid]) -> Solid:
     """Return several links as one solid, a surface if one of them is a surface."""
     if all(link.pieces is not None for link in links):
         return of_pieces("all links", [piece for link in links for piece in link.pieces or ()])
     return surface("all links", *joined_meshes([(link.vertices, link.faces) for link in links]))
-
-
-def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:
-    """Return the file with the collision geometry: the given one, or the object's own file if it contains any."""
-    if collision is not None:
-        return [Path(collision)]
-    has_collision = isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION
-    return [Path(anything)] if has_collision else []
 
 
 def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame:
@@ -268,5 +261,5 @@ def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> FileFrame
         raise InputError(f"{one_line(path.name)}: expected its axis and unit to be said, since collision shares them")
     geometry = geometry_of(anything, path.name)
     used = np.unique(geometry.faces)
-    converted = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
+    converted = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, no_report), units, path.name, no_report)
     return FileFrame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - converted.min(axis=0))

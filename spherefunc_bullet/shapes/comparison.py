@@ -15,7 +15,7 @@ from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
 from . import spaces
 from .solid import Solid, dense_points, surface
-from .spheres import ObjectRests, at_rest, moved
+from .spheres import ObjectRests, moved, settle_spheres
 
 SPHERE = 1 / 28  # of the extent: radius of the spheres, within the limits below
 SMALLEST, LARGEST = 0.002, 0.04  # metres
@@ -117,7 +117,7 @@ class Subject:
 
     @cached_property
     def seen(self) -> ObjectRests:
-        rests = tuple(at_rest(self.mesh, self.cloud, self.radius, seed) for seed in (0, 1))
+        rests = tuple(settle_spheres(self.mesh, self.cloud, self.radius, seed) for seed in (0, 1))
         return ObjectRests(rests=rests, surface=self.tree(self.mesh), radius=self.radius)
 
     def tree(self, solid: Solid) -> cKDTree:
@@ -179,14 +179,14 @@ def free_row(subject: Subject, solid: Solid) -> ShapeRow:
         and spaces.is_filled(subject.space.basin, subject.space.reached(spaces.NARROW), reached),
         level_kept=share,
         level_higher_mm=1e3 * higher,
-        openings_closed=spaces.closed(subject.reached, reached),
+        openings_closed=spaces.closed_openings(subject.reached, reached),
         notes=(LEAKS,) if leaks and subject.is_vessel else (),
     )
 
 
 def used_row(subject: Subject, solid: Solid, row: ShapeRow) -> ShapeRow:
     """Return a row with the values that need spheres, and the functions."""
-    rest = at_rest(solid, subject.cloud, subject.radius, 0)
+    rest = settle_spheres(solid, subject.cloud, subject.radius, 0)
     return replace(
         row,
         step_us=rest.step_us,

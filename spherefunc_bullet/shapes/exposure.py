@@ -36,9 +36,9 @@ def exposed_surface(subject: Subject, scale: float) -> ExposedSurface:
     reached, basin = subject.space.reached(NARROW), subject.space.basin
     grid = subject.space.grid
     way = NARROW * subject.extent + 1.5 * grid.cell
-    free = at(reached, (places + way * outward - grid.low) / grid.cell)
-    held = at(basin, (places + 2 * grid.cell * outward - grid.low) / grid.cell)
-    shown = (free | held) & clear(subject.mesh, places, outward, way)
+    free = values_at(reached, (places + way * outward - grid.low) / grid.cell)
+    held = values_at(basin, (places + 2 * grid.cell * outward - grid.low) / grid.cell)
+    shown = (free | held) & has_clear_way(subject.mesh, places, outward, way)
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
     level = (outward[:, 2] > UPWARD) & rested_on(subject, places)
@@ -98,13 +98,13 @@ def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
     return first + a * (second - first) + b * (third - first), across[chosen] / twice[chosen, None]
 
 
-def clear(solid: Solid, places: np.ndarray, outward: np.ndarray, way: float) -> np.ndarray:
+def has_clear_way(solid: Solid, places: np.ndarray, outward: np.ndarray, way: float) -> np.ndarray:
     """Return whether a ray of length ``way``, metres, from each place (S, 3) hits no wall of a surface, (S,) bool."""
     scene = raycasting_scene((solid.vertices, solid.faces))
     return scene.cast_rays(rays_from(places + OFF * way * outward, outward))["t_hit"].numpy() > way
 
 
-def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
+def values_at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the values of cells (X, Y, Z) at places (S, 3), in cells."""
     index = np.clip(places.astype(int), 0, np.array(cells.shape) - 1)
     return cells[tuple(index.T)]
@@ -117,7 +117,7 @@ class Fitting:
         self.subject, self.enough = subject, enough
         self.parts: list[np.ndarray] = []
 
-    def of(self, scale: float) -> Solid:
+    def pieces(self, scale: float) -> Solid:
         """Return pieces within scaled tolerances, or coarser ones if ``enough`` returns True before."""
         exposed = exposed_surface(self.subject, scale)
         parts = cut(self.parts or [simplified(self.subject.mesh)], exposed, self.enough)

@@ -110,7 +110,7 @@ class SurfacePart:
     covered: np.ndarray  # (K,) by how many tolerances
 
 
-def taken(covered: np.ndarray) -> float:
+def taken_space(covered: np.ndarray) -> float:
     """Return a measure of the free space that a hull takes if it covers places (K,) by so many tolerances."""
     return float(np.minimum(covered, 50).sum())
 
@@ -129,7 +129,7 @@ def cut(
     The part that takes most is cut next, until none takes any, there are too many, or ``enough`` returns True.
     """
     whole = [part_of(triangles, exposed) for triangles in parts]
-    waiting = [(-taken(part.covered), number, part) for number, part in enumerate(whole)]
+    waiting = [(-taken_space(part.covered), number, part) for number, part in enumerate(whole)]
     heapq.heapify(waiting)
     done, number = [], len(waiting)
     while waiting:
@@ -141,7 +141,7 @@ def cut(
             continue
         for half in halves:
             number += 1
-            heapq.heappush(waiting, (-taken(half.covered), number, half))
+            heapq.heappush(waiting, (-taken_space(half.covered), number, half))
     return done
 
 
@@ -156,7 +156,7 @@ def best_cut(part: SurfacePart, exposed: ExposedSurface) -> tuple[SurfacePart, S
         if min(map(len, halves)) < 3:
             continue
         hulls = [hull_around(half) for half in halves]
-        cost = sum(taken(exposed.excess(hull)[1]) for hull in hulls)
+        cost = sum(taken_space(exposed.excess(hull)[1]) for hull in hulls)
         cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(hull.corners, axis=0))) for hull in hulls) / low * 1e-4
         if cost < best:
             best, chosen = cost, height

@@ -26,7 +26,7 @@ from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000
-Placed = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
+PlacedPart = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) and faces (M, 3) in a frame of their own
 
 
@@ -38,17 +38,17 @@ class FileFrame:
     units: str
     shift: np.ndarray  # (3,) metres, added last
 
-    def of(self, points: np.ndarray, path: Path) -> np.ndarray:
+    def convert(self, points: np.ndarray, path: Path) -> np.ndarray:
         """Return points (N, 3) of a file in the frame of the cloud."""
-        turned = to_z_up(Geometry(points), self.up, path, quiet)
-        return to_metres(turned, self.units, path.name, quiet) + self.shift
+        turned = to_z_up(Geometry(points), self.up, path, no_report)
+        return to_metres(turned, self.units, path.name, no_report) + self.shift
 
 
-def quiet(_: str):
+def no_report(_: str):
     """Report nothing: the same was reported for the object's own file."""
 
 
-def loaded(path: Path, frame: FileFrame) -> Iterator[Solid]:
+def load_solids(path: Path, frame: FileFrame) -> Iterator[Solid]:
     """Yield the collision geometry of each link of a file, as an engine loads it.
 
     Raises
@@ -64,18 +64,18 @@ def loaded(path: Path, frame: FileFrame) -> Iterator[Solid]:
             yield solid_of(name, parts, frame, path)
 
 
-def solid_of(name: str, parts: list[Placed], frame: FileFrame, path: Path) -> Solid:
+def solid_of(name: str, parts: list[PlacedPart], frame: FileFrame, path: Path) -> Solid:
     """Return the parts of one link as the engine loads them."""
     if len(parts) > MOST_PIECES:
         limit = f"expected at most {MOST_PIECES:,} collision pieces"
         raise InputError(f"{one_line(path.name)}: {limit}, got {len(parts):,}; join them")
     if any(concave for _, _, concave in parts):
         vertices, faces = joined_meshes([(vertices, faces) for vertices, faces, _ in parts])
-        return surface(name, frame.of(vertices, path), faces)
-    return of_pieces(name, [frame.of(vertices, path) for vertices, _, _ in parts])
+        return surface(name, frame.convert(vertices, path), faces)
+    return of_pieces(name, [frame.convert(vertices, path) for vertices, _, _ in parts])
 
 
-def links_of(path: Path) -> dict[str, list[Placed]]:
+def links_of(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of a file, in its frame."""
     ending = path.suffix.lower()
     if ending in LOADERS:
@@ -85,7 +85,7 @@ def links_of(path: Path) -> dict[str, list[Placed]]:
     return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
 
 
-def urdf_links(path: Path) -> dict[str, list[Placed]]:
+def urdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of a URDF that has any, with every joint at zero."""
     import yourdfpy
     from trimesh.transformations import transform_points
@@ -129,7 +129,7 @@ def groups_of(path: Path, whole: bool = False) -> list[Part]:
     return [(geometry.vertices[used], numbers.reshape(-1, 3)) for used, numbers in groups]
 
 
-def mjcf_links(path: Path) -> dict[str, list[Placed]]:
+def mjcf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, without planes."""
     with explaining(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco", ImportError):
         import mujoco
@@ -167,7 +167,7 @@ def geom_part(model: Any, geom: int) -> Part | None:
     return None
 
 
-def sdf_links(path: Path) -> dict[str, list[Placed]]:
+def sdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or one per group."""
     links = defaultdict(list)
     for model in plain_xml(path.read_bytes()).iter("model"):

@@ -32,14 +32,10 @@ class VoxelGrid:
     cell: float
     shape: tuple[int, int, int]
 
-    def cells(self, solid: Solid) -> np.ndarray:
-        """Return dense points (N, 3) of the surface of a shape, in cells, without those outside the grid."""
-        points = (dense_points(solid.vertices, solid.faces, 0.5 * self.cell) - self.low) / self.cell
-        return points[((points > 0) & (points < self.shape)).all(axis=1)]
-
     def free_space(self, solid: Solid) -> FreeSpace:
-        """Return the free space around a shape."""
-        return FreeSpace(grid=self, points=self.cells(solid))
+        """Return the free space around a shape, of which parts outside the grid are ignored."""
+        points = (dense_points(solid.vertices, solid.faces, 0.5 * self.cell) - self.low) / self.cell
+        return FreeSpace(grid=self, points=points[((points > 0) & (points < self.shape)).all(axis=1)])
 
     def near(self, points: np.ndarray, reach: float) -> np.ndarray:
         """Return the cells (X, Y, Z) bool whose middle is within a reach, in cells, of some points (N, 3)."""
@@ -101,7 +97,7 @@ def largest(cells: np.ndarray) -> np.ndarray:
     return parts == 1 + np.bincount(parts.ravel())[1:].argmax() if count else cells
 
 
-def closed(reached: np.ndarray, still: np.ndarray) -> int:
+def closed_openings(reached: np.ndarray, still: np.ndarray) -> int:
     """Return the number of openings that a shape closes.
 
     A bulging wall takes a thin layer of the free space, which erosion by one cell removes; a wall across an opening

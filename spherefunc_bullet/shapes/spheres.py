@@ -51,7 +51,7 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
     )
 
 
-def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSpheres:
+def settle_spheres(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSpheres:
     """Return where spheres come to rest on a shape if they are dropped over the footprint of its object's cloud."""
     simulator, shape = BulletSimulator(), engine_shape(solid, radius)
     settings = DropSettings(radius=radius, max_spheres=SPHERES, max_drops=DROPS)

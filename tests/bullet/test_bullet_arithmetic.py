@@ -11,11 +11,11 @@ import pytest
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from spherefunc_bullet.bullet import loading
-from spherefunc_bullet.bullet.bodies.carrying import FINER, LOOK, MANY, WAITING, G, carrying_physics, shaken
+from spherefunc_bullet.bullet.bodies.carrying import FINER, INTERVAL, MANY, WAITING, G, carrying_physics, shaken
 from spherefunc_bullet.bullet.collision.cuts import hull_of, in_halves
 from spherefunc_bullet.bullet.collision.pieces import bends_between, corners
 from spherefunc_bullet.bullet.collision.shape import thinned
-from spherefunc_bullet.bullet.collision.sides import fitted, grow_sides
+from spherefunc_bullet.bullet.collision.sides import fit_plane, grow_sides
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
@@ -30,7 +30,7 @@ RANDOM = np.random.default_rng
 def test_finer_steps_cover_the_same_time():
     for spheres in (1, MANY, MANY + 1):
         steps = [carrying_physics(Physics(), CarrySettings(), spheres, finer) for finer in FINER]
-        assert all(how.look == pytest.approx(LOOK) and how.rolling_friction == 0 for how in steps)
+        assert all(how.check_interval == pytest.approx(INTERVAL) and how.rolling_friction == 0 for how in steps)
         assert [how.sub_steps / steps[0].sub_steps for how in steps] == list(FINER)
     many, few = (carrying_physics(Physics(), CarrySettings(), count, 1) for count in (MANY + 1, MANY))
     assert many.sub_steps < few.sub_steps  # each sphere more costs more
@@ -39,14 +39,16 @@ def test_finer_steps_cover_the_same_time():
 def test_a_vessel_is_shaken_once_along_each_axis_as_hard_as_asked():
     settings, radius = CarrySettings(shake=0.02, frequency=2.0), 0.005
     gravity = shaken(settings, radius) + [0, 0, 1]  # what is left are strokes
-    wait = int(WAITING / LOOK)
+    wait = int(WAITING / INTERVAL)
     looks = (len(gravity) - wait) // 3
     strokes = gravity[: 3 * looks].reshape(3, looks, 3)
     assert np.allclose(gravity[-wait:], 0) and np.allclose(strokes[~np.eye(3, dtype=bool)[:, None].repeat(looks, 1)], 0)
     peak = 0.02 * (2 * np.pi * 2.0) ** 2 / G  # of a swing of 2 cm at 2 Hz
     for axis in range(3):
         assert np.abs(strokes[axis, :, axis]).max() == pytest.approx(peak, rel=0.02)
-    assert looks * LOOK * np.sqrt(radius / G) == pytest.approx(1 / 2.0, abs=LOOK * np.sqrt(radius / G))  # one swing
+    assert looks * INTERVAL * np.sqrt(radius / G) == pytest.approx(
+        1 / 2.0, abs=INTERVAL * np.sqrt(radius / G)
+    )  # one swing
 
 
 def test_each_voxel_holds_the_points_of_one_cube():
@@ -116,7 +118,7 @@ def test_the_plane_of_a_side_is_the_one_its_points_are_spread_along():
     normal = np.array([2, -3, 6]) / 7
     spread = RANDOM(4).normal(size=(80, 3))
     points = spread - np.outer(spread @ normal, normal) + 0.7 * normal
-    plane = fitted(points, np.arange(80, dtype=np.int32))
+    plane = fit_plane(points, np.arange(80, dtype=np.int32))
     assert np.abs(plane[:3] @ normal) == pytest.approx(1) and np.abs(plane[3]) == pytest.approx(0.7)
 
 

@@ -12,8 +12,8 @@ from clouds import boxed
 from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.bullet.bodies.carrying import (
+    INTERVAL,
     LEAKS,
-    LOOK,
     WAITING,
     CarryOutcome,
     Filling,
@@ -26,9 +26,9 @@ from spherefunc_bullet.bullet.bodies.carrying import (
 from spherefunc_bullet.bullet.bodies.falling import APART, ParallelDropWorld, even_rotations, free_body, moved
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
-from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sat_down, spread_of, why_not
+from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sit_down, spread_of, why_not
 from spherefunc_bullet.bullet.proofs.stage import G, Stage, shape_of, tilt_of
-from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphere_radius
+from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, pour, sphere_radius
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
@@ -46,7 +46,7 @@ BOX = trimesh.creation.box((0.4, 0.2, 0.1))
 def test_a_vessel_leans_to_every_side_at_each_angle_and_is_set_down():
     settings, radius = CarrySettings(angles_deg=(10.0, 30.0), shake=0.0), 0.005
     ways = list(phases(settings, 60, radius))
-    wait, before = int(WAITING / LOOK), 0.0
+    wait, before = int(WAITING / INTERVAL), 0.0
     assert len(ways) == 3 and [way.shaken for way in ways] == [False, False, True]
     for way, angle in zip(ways[:2], settings.angles_deg, strict=True):
         assert np.allclose(np.linalg.norm(way.gravity, axis=1), 1)
@@ -78,7 +78,7 @@ def test_few_spheres_are_turned_slowly_and_many_faster_and_haste_counts(spheres,
         (way, _) = phases(CarrySettings(angles_deg=(30.0,), haste=haste), spheres, 0.005)
         headings = np.degrees(np.arctan2(way.gravity[:, 1], way.gravity[:, 0])) % 360
         turn = headings[(headings > 1e-6) & (headings < 180)]
-        assert turn[0] == pytest.approx(haste * faster * LOOK)
+        assert turn[0] == pytest.approx(haste * faster * INTERVAL)
 
 
 def basin(fullness: float = 1.0) -> Basin:
@@ -200,13 +200,13 @@ def test_who_sits_is_pushed_from_four_sides_as_hard_as_large(monkeypatch, person
     stool = boxed((0.4 * scale, 0.4 * scale, 0.45 * scale))
     use = SitUse(position=np.array([0, 0, stool.bounds[1, 2]]), heading=0.3)
     with Stage(stool, 0.6) as stage:
-        verdict = sat_down(stage, use, ProofSettings(person=person))
+        verdict = sit_down(stage, use, ProofSettings(person=person))
         assert verdict.held and verdict.moved < 0.08 * scale and verdict.tilt_deg < 15
         newtons, headings, seconds, _ = np.array(pushes).T
         assert newtons == pytest.approx(40 * scale**3) and np.diff(headings) == pytest.approx(np.pi / 2)
         assert headings[0] == pytest.approx(0.3) and len(pushes) == 4 and (0 < seconds).all() and (seconds < 0.5).all()
         air = replace(use, position=use.position + [0, 0, 0.2])
-        assert not sat_down(stage, air, ProofSettings(person=person)).held and len(pushes) == 4
+        assert not sit_down(stage, air, ProofSettings(person=person)).held and len(pushes) == 4
         assert pybullet().getNumBodies(**stage.engine) == 2
 
 
@@ -221,7 +221,7 @@ def test_a_person_is_let_down_from_above_and_touches_nothing_before(monkeypatch)
 
     monkeypatch.setattr(Stage, "steps", watched)
     with Stage(stool, 0.6) as stage:
-        sat_down(stage, SitUse(position=np.array([0, 0, stool.bounds[1, 2]]), heading=0.0), ProofSettings())
+        sit_down(stage, SitUse(position=np.array([0, 0, stool.bounds[1, 2]]), heading=0.0), ProofSettings())
     assert 0 < gaps[0] < 0.05 and max(gaps[1:]) < 0.005  # then it sits
 
 
@@ -264,7 +264,7 @@ def test_a_stream_stays_in_a_box_and_runs_off_a_lid(monkeypatch):
         mesh = trimesh.util.concatenate(parts)
         with Stage(Cloud(mesh.sample(500, seed=0), name, Mesh(mesh.vertices, mesh.faces)), 0.6) as stage:
             low = np.array([-0.05, -0.05, 0.04 * (name == "half")])  # what falls through lies below
-            verdict = poured(stage, replace(use, low=low), ProofSettings(spheres=20), 0)
+            verdict = pour(stage, replace(use, low=low), ProofSettings(spheres=20), 0)
             assert pybullet().getNumBodies(**stage.engine) == 2  # what was poured is gone
             after = pybullet().getPhysicsEngineParameters(**stage.engine)
             assert [after[f"gravityAcceleration{axis}"] for axis in "XYZ"] == pytest.approx([0, 0, -G])
@@ -293,11 +293,11 @@ def test_a_stage_s_friction_time_and_push_are_what_they_say():
     with Stage(clouds.plate(), 0.49) as stage:
         for body in (stage.ground, stage.object):
             assert pybullet().getDynamicsInfo(body, -1, **stage.engine)[1] == pytest.approx(0.7)
-        p, ball = pybullet(), stage.still(pybullet().createCollisionShape(pybullet().GEOM_SPHERE, radius=0.05))
+        p, ball = pybullet(), stage.add_static(pybullet().createCollisionShape(pybullet().GEOM_SPHERE, radius=0.05))
         shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.05, **stage.engine)
         body = p.createMultiBody(2.0, shape, stage.visual, [0, 0, 50], **stage.engine)
         p.changeDynamics(body, -1, linearDamping=0, angularDamping=0, **stage.engine)
-        stage.rub(body)
+        stage.set_friction(body)
         assert p.getDynamicsInfo(body, -1, **stage.engine)[1] == pytest.approx(0.7) and ball > stage.object
         stage.steps(0.5, 240)
         assert p.getBaseVelocity(body, **stage.engine)[0] == pytest.approx((0, 0, -G / 2), abs=1e-3)

@@ -13,21 +13,21 @@ from spherefunc_bullet.bullet.collision.cuts import (
     bare_cells,
     best_cut,
     chain,
+    corners_of_faces,
     count_inside,
     hull_of,
     largest_patch,
-    of_faces,
     parts_without_bridges,
-    span,
+    vertical_span,
 )
 from spherefunc_bullet.bullet.collision.pieces import first_sides, split_by, unique_rows
 from spherefunc_bullet.bullet.collision.sides import (
     bending,
     faces_of_vertices,
-    fitted,
+    fit_plane,
     grow_sides,
     near,
-    through,
+    plane_of_face,
     unit_normals,
 )
 from spherefunc_bullet.bullet.collision.triangulation import SLACK, faces_between
@@ -117,7 +117,7 @@ def test_faces_bend_by_how_far_their_neighbours_corners_lie_from_their_planes():
         beside = np.isin(faces, faces[face]).any(axis=1)
         away = np.abs((vertices[faces[beside]] - vertices[faces[face, 0]]) @ normals[face]).max()
         assert found[face] == pytest.approx(away, abs=1e-12)
-        plane = through(vertices, faces, normals, face)
+        plane = plane_of_face(vertices, faces, normals, face)
         assert np.allclose(vertices[faces[face]] @ plane[:3], plane[3])
         others = np.abs(vertices[faces] @ plane[:3] - plane[3]).max(axis=1)
         assert [near(vertices, faces, k, plane, 0.05) for k in range(128)] == (others <= 0.05).tolist()
@@ -125,7 +125,7 @@ def test_faces_bend_by_how_far_their_neighbours_corners_lie_from_their_planes():
 
 def test_a_plane_lies_midway_between_the_outermost_of_its_points():
     points = np.concatenate([RANDOM(4).normal(size=(80, 3)) * [3, 2, 0], [[0, 0, 0.2]]]) + [0, 0, 1]
-    plane = fitted(points, np.arange(81, dtype=np.int32))
+    plane = fit_plane(points, np.arange(81, dtype=np.int32))
     away = points @ plane[:3] - plane[3]
     assert (
         away.max() == pytest.approx(-away.min())
@@ -134,7 +134,7 @@ def test_a_plane_lies_midway_between_the_outermost_of_its_points():
     )
     spread = RANDOM(5).normal(size=(60, 3)) * [3, 1, 0.2] @ np.linalg.qr(RANDOM(6).normal(size=(3, 3)))[0]
     least = np.linalg.eigh(np.cov(spread.T))[1][:, 0]
-    assert np.abs(fitted(spread, np.arange(60, dtype=np.int32))[:3] @ least) == pytest.approx(1)
+    assert np.abs(fit_plane(spread, np.arange(60, dtype=np.int32))[:3] @ least) == pytest.approx(1)
 
 
 def test_a_vertical_line_crosses_a_polygon_where_it_is_as_wide():
@@ -144,7 +144,7 @@ def test_a_vertical_line_crosses_a_polygon_where_it_is_as_wide():
     for x in np.linspace(hull[:, 0].min() + 1e-3, hull[:, 0].max() - 1e-3, 15):
         heights = np.linspace(-4, 4, 4001)
         held = (planes[:, :2] @ np.vstack([np.full(4001, x), heights]) + planes[:, 2:] <= 0).all(axis=0)
-        assert span(hull, x) == pytest.approx((heights[held].min(), heights[held].max()), abs=0.004)
+        assert vertical_span(hull, x) == pytest.approx((heights[held].min(), heights[held].max()), abs=0.004)
     assert count_inside(points, hull) == 40 and count_inside(points * 5, hull) < 20
     order = np.lexsort((points[:, 1], points[:, 0]))
     assert sorted(chain(points, order)) == sorted(ConvexHull(points).vertices)
@@ -180,12 +180,12 @@ def test_a_cut_leaves_the_fewest_bare_cells_inside_the_two_hulls():
     flat = np.column_stack([x, y])
     faces = faces[~(flat[faces].mean(axis=1) > 1).all(axis=1)].astype(np.int64)
     order = np.lexsort((flat[:, 1], flat[:, 0]))
-    used = of_faces(order, faces, np.ones(len(faces), bool), True)
-    assert set(used) == set(faces.ravel()) and not len(of_faces(order, faces, np.ones(len(faces), bool), False))
+    used = corners_of_faces(order, faces, np.ones(len(faces), bool), True)
+    assert set(used) == set(faces.ravel()) and not len(corners_of_faces(order, faces, np.ones(len(faces), bool), False))
     hull = flat[chain(flat, used)]
     bare = bare_cells(flat[used], hull, 0.3)
     side = best_cut(flat, faces, order, hull, largest_patch(bare, 0.3), bare, 0.3)
-    halves = [flat[chain(flat, of_faces(order, faces, side, half))] for half in (True, False)]
+    halves = [flat[chain(flat, corners_of_faces(order, faces, side, half))] for half in (True, False)]
     assert sum(count_inside(bare, half) for half in halves) < 0.1 * len(bare)
     parts = parts_without_bridges(flat, faces, np.empty((0, 2)), 0.3)
     assert 2 <= len(parts) <= 3 and set(np.concatenate(parts)) == set(used)

@@ -50,7 +50,7 @@ def test_a_sphere_of_the_air_falls_is_slowed_and_touches_what_it_lies_on():
         world.park(1)
         assert np.isinf(world.contacts(0)).all()
         world.step()
-        time = world.physics.look
+        time = world.physics.check_interval
         assert world.positions()[0, 2] == pytest.approx(top + 4 - 0.5 * time**2, abs=0.06 * time)
         world.limit_speed(0, 0.25)
         (velocity, _), scale = pybullet().getBaseVelocity(world.air[0], world.client), world.scale
@@ -253,7 +253,7 @@ def test_what_is_nearly_too_fast_is_slowed_and_nothing_else():
     """At eight tenths of the speed at which a sphere might come through a wall between two steps."""
     run, slowed = still_run(max_drops=1000), []
     run.world.limit_speed = lambda slot, limit: slowed.append((slot, limit))
-    limit, look = run.world.physics.terminal_speed, run.world.physics.look
+    limit, look = run.world.physics.terminal_speed, run.world.physics.check_interval
     for shares, expected in ([0.1, 0.79, 0.0], []), ([0.1, 0.81, 0.9], [1, 2]):
         for slot in range(3):
             run.flights.start(slot, (slot, 0.0, 500.0))
@@ -261,7 +261,7 @@ def test_what_is_nearly_too_fast_is_slowed_and_nothing_else():
         ways[:3, 2] = -np.array(shares) * limit * look
         there = run.flights.positions + ways
         run.world.positions = lambda there=there: there
-        run.look()
+        run.check()
         assert slowed == [(slot, limit) for slot in expected] and not run.outcomes
 
 

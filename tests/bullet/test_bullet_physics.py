@@ -65,11 +65,11 @@ def path(physics: Physics, shape: CollisionShape, start, duration: float, speed=
         world.add_spheres(1)
         world.place(0, start)
         p.resetBaseVelocity(world.air[0], [physics.scale * v for v in speed], [0, 0, 0], **world.engine)
-        for _ in range(int(duration / physics.look)):
+        for _ in range(int(duration / physics.check_interval)):
             world.step()
             velocity, spin = p.getBaseVelocity(world.air[0], **world.engine)
             seen.append((world.positions()[0], np.array(velocity) / physics.scale, np.array(spin)))
-    return physics.look * np.arange(1, len(seen) + 1), *(np.array(each) for each in zip(*seen, strict=True))
+    return physics.check_interval * np.arange(1, len(seen) + 1), *(np.array(each) for each in zip(*seen, strict=True))
 
 
 # One sphere on one surface

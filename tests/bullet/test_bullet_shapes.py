@@ -404,9 +404,9 @@ def test_flights_time_of_rest_is_reached_after_two_looks():
     flights = Flights(1, physics, LOW, HIGH)
     flights.start(0, np.array([0.0, 0, 5]))
     looks = 0
-    while flights.look(np.array([[0.0, 0, 5]]))[0] == IN_FLIGHT:
+    while flights.update(np.array([[0.0, 0, 5]]))[0] == IN_FLIGHT:
         looks += 1
-    assert (looks + 1) * physics.look == pytest.approx(physics.rest_time, abs=physics.look)
+    assert (looks + 1) * physics.check_interval == pytest.approx(physics.rest_time, abs=physics.check_interval)
 
 
 # In the engine

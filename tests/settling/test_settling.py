@@ -167,8 +167,8 @@ def test_spheres_that_find_places_are_a_fortieth_of_an_object_within_limits(size
 
 
 def test_the_axis_that_a_format_promises_counts_where_nobody_says_another():
-    assert [LoadOptions().of(Path(name)).up for name in ("a.glb", "a.stl")] == ["y", "z"]
-    assert LoadOptions(up="z").of(Path("a.glb")).up == "z"
+    assert [LoadOptions().for_file(Path(name)).up for name in ("a.glb", "a.stl")] == ["y", "z"]
+    assert LoadOptions(up="z").for_file(Path("a.glb")).up == "z"
 
 
 def test_the_mesh_decides_what_a_cloud_is_kept_by():

@@ -16,7 +16,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
 from spherefunc_bullet.shapes.compared import candidate_rows
 from spherefunc_bullet.shapes.comparison import KeepCriteria, Subject, row_of
-from spherefunc_bullet.shapes.loaded import FileFrame, loaded
+from spherefunc_bullet.shapes.loaded import FileFrame, load_solids
 from spherefunc_bullet.shapes.solid import of_pieces, surface
 
 RADIUS, HEIGHT, WALL, BOTTOM, STAVES = 0.04, 0.09, 0.003, 0.004, 32
@@ -95,7 +95,7 @@ def test_the_best_is_written_where_its_file_has_it(tmp_path):
     mesh.export(tmp_path / "cup.obj")
     shapes = sf.compare_shapes(tmp_path / "cup.obj", shapes=False)
     path = shapes.best.write(tmp_path / "out" / "cup.urdf")
-    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(load_solids(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert np.allclose(solid.vertices.min(axis=0), mesh.bounds[0], atol=1e-3)
     assert np.allclose(solid.vertices.max(axis=0), mesh.bounds[1], atol=1e-3)
     assert np.allclose(trimesh.load(tmp_path / "out" / "cup_meshes" / "visual.obj").bounds, mesh.bounds, atol=1e-6)
@@ -207,10 +207,10 @@ def test_groups_are_loaded_as_hulls(tmp_path: Path):
         first += len(piece)
     path = tmp_path / "cup.obj"
     path.write_text("\n".join(lines))
-    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(load_solids(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert solid.count == STAVES + 1
     cup().export(tmp_path / "whole.obj")
-    assert next(loaded(tmp_path / "whole.obj", FileFrame(up="z", units="m", shift=np.zeros(3)))).count == 1
+    assert next(load_solids(tmp_path / "whole.obj", FileFrame(up="z", units="m", shift=np.zeros(3)))).count == 1
 
 
 def test_points_are_refused():
@@ -240,7 +240,7 @@ def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
         mujoco = pytest.importorskip("mujoco")
         model = mujoco.MjModel.from_xml_path(str(path))
         assert model.ngeom == STAVES + 2 and model.body_mass[1] == pytest.approx(0.3)
-    solid = next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
+    solid = next(load_solids(path, FileFrame(up="z", units="m", shift=np.zeros(3))))
     assert solid.count == STAVES + 1
     assert np.allclose(solid.vertices.max(axis=0), subject.high, atol=1e-6)
 
@@ -252,7 +252,7 @@ def test_what_stands_still_may_be_written_concave(subject, tmp_path):
 
     body = body_of(subject.cloud, Material())
     path = write_shape(tmp_path / "cup.urdf", subject.mesh, subject.mesh, body)
-    assert next(loaded(path, FileFrame(up="z", units="m", shift=np.zeros(3)))).pieces is None
+    assert next(load_solids(path, FileFrame(up="z", units="m", shift=np.zeros(3)))).pieces is None
     with pytest.raises(InputError, match="MuJoCo"):
         write_shape(tmp_path / "cup.xml", subject.mesh, subject.mesh, body)
 
@@ -279,7 +279,7 @@ def test_the_command_prints_its_contract(tmp_path):
 def test_free_space_is_not_bridged_by_thin_pieces(subject):
     from spherefunc_bullet.shapes.exposure import Fitting
 
-    row = row_of(subject, Fitting(subject).of(1.2), KeepCriteria())
+    row = row_of(subject, Fitting(subject).pieces(1.2), KeepCriteria())
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 
@@ -314,7 +314,7 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     if name.endswith("xml"):
         pytest.importorskip("mujoco")
     (tmp_path / name).write_text(text)
-    first, second = loaded(tmp_path / name, FileFrame(up="z", units="m", shift=np.zeros(3)))
+    first, second = load_solids(tmp_path / name, FileFrame(up="z", units="m", shift=np.zeros(3)))
     assert (first.name, second.name) == ("a", "b")
     assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
     assert second.vertices[:, 2].max() == pytest.approx(0.25)

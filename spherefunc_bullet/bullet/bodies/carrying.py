@@ -22,13 +22,13 @@ from ..engine import Physics, pybullet
 from ..world import World
 
 G = 9.81  # m/s2
-LOOK = 0.5  # time for which gravity is constant
+INTERVAL = 0.5  # time for which gravity is constant
 TURNING = 3.0, 14.0  # slowest and fastest, degrees per unit of time: one turn in 0.6 to 2.7 s at a radius of 5 mm
 SPHERES = 20.0  # per degree: with more spheres it turns faster, since slow turns cost much and change little
 LEANING = 0.25  # speed of tilting, relative to that of turning
 WAITING = 3.0  # time at each angle before and after the turn, and after it is set down
 CYCLES = 1  # of shaking along each axis
-SUB_STEPS = 4  # steps in the time LOOK
+SUB_STEPS = 4  # steps in the time INTERVAL
 MANY, SUB_STEPS_OF_MANY = 150, 3  # the same for more than so many spheres, which cost more
 ITERATIONS = 16  # of the solver: with 5, a pile pushes its lowest spheres through the wall
 STIFFNESS = 0.5  # share of an overlap that one step removes; with the engine's 0.2, piles overlap by twice as much
@@ -53,8 +53,8 @@ def phases(settings: CarrySettings, spheres: int, radius: float) -> Iterator[Mot
 
     At each angle the object leans to every side in turn. The radius is in metres.
     """
-    before, wait = 0.0, int(WAITING / LOOK)
-    pace = settings.haste * min(max(spheres / SPHERES, TURNING[0]), TURNING[1]) * LOOK
+    before, wait = 0.0, int(WAITING / INTERVAL)
+    pace = settings.haste * min(max(spheres / SPHERES, TURNING[0]), TURNING[1]) * INTERVAL
     for angle in settings.angles_deg:
         lean = np.arange(before, angle, LEANING * pace)
         turn = np.arange(0, 360, pace)
@@ -79,9 +79,9 @@ def shaken(settings: CarrySettings, radius: float) -> np.ndarray:
     down = np.array([0.0, 0.0, -1.0])
     rate = 2 * np.pi * settings.frequency * np.sqrt(radius / G)  # radians per unit of time
     strength = settings.shake * (2 * np.pi * settings.frequency) ** 2 / G
-    wave = strength * np.sin(np.arange(0, 2 * np.pi * CYCLES, rate * LOOK))
+    wave = strength * np.sin(np.arange(0, 2 * np.pi * CYCLES, rate * INTERVAL))
     strokes = [down + np.outer(wave, axis) for axis in np.eye(3)]
-    return np.concatenate([*strokes, np.tile(down, (int(WAITING / LOOK), 1))])
+    return np.concatenate([*strokes, np.tile(down, (int(WAITING / INTERVAL), 1))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +151,7 @@ def carrying_physics(physics: Physics, settings: CarrySettings, spheres: int, fi
         friction=settings.friction,
         rolling_friction=0.0,
         restitution=settings.restitution,
-        time_step=LOOK / sub_steps,
+        time_step=INTERVAL / sub_steps,
         sub_steps=sub_steps,
         iterations=ITERATIONS,
         scale=physics.scale,
@@ -193,7 +193,7 @@ class Carriage:
             pybullet().changeDynamics(body, -1, linearDamping=damping, **self.world.engine)
 
     def advance(self, gravity: np.ndarray):
-        """Advance by the time LOOK; spheres that have left the vessel are removed."""
+        """Advance by the time INTERVAL; spheres that have left the vessel are removed."""
         world = self.world
         pybullet().setGravity(*(world.scale * gravity).tolist(), **world.engine)
         world.step()

@@ -33,7 +33,7 @@ def parts_without_bridges(flat: np.ndarray, faces: np.ndarray, around: np.ndarra
     order = np.lexsort((flat[:, 1], flat[:, 0]))
     while waiting:
         part = waiting.pop()
-        used = of_faces(order, part, np.ones(len(part), bool), True)
+        used = corners_of_faces(order, part, np.ones(len(part), bool), True)
         points, hull = flat[used], flat[chain(flat, used)]
         bare = bare_cells(np.concatenate([points, around]), hull, reach) if len(part) > 1 else NONE
         if len(bare) == 0:
@@ -50,7 +50,7 @@ def hull_of(points: np.ndarray, slack: float) -> np.ndarray:
     Corners that stand out by no more than the slack are dropped.
     """
     hull = chain(points, np.lexsort((points[:, 1], points[:, 0])))
-    return hull if slack == 0 else standing_out(points, hull, slack)
+    return hull if slack == 0 else prominent_corners(points, hull, slack)
 
 
 @njit(cache=True, error_model="numpy")
@@ -72,7 +72,7 @@ def chain(points, order):
 
 
 @njit(cache=True, error_model="numpy")
-def standing_out(points, hull, slack):
+def prominent_corners(points, hull, slack):
     """Return the corners of a hull without those near the line from the last kept corner to the next one."""
     corners = np.empty(len(hull), np.int64)
     corners[0] = hull[0]
@@ -122,7 +122,7 @@ def bare_centers(points, hull, low, dims, side, reach):
     bare = np.empty((dims[0] * dims[1], 2))
     for i in range(dims[0]):
         x = low[0] + i * side
-        bottom, top = span(hull, x)
+        bottom, top = vertical_span(hull, x)
         for j in range(dims[1]):
             y = low[1] + j * side
             if bottom < y < top and not covered[i, j]:
@@ -132,7 +132,7 @@ def bare_centers(points, hull, low, dims, side, reach):
 
 
 @njit(cache=True, error_model="numpy")
-def span(hull, x):
+def vertical_span(hull, x):
     """Return the lower and upper y at which a vertical line crosses a convex polygon."""
     bottom, top = np.inf, -np.inf
     for a in range(len(hull)):
@@ -178,7 +178,7 @@ def best_cut(
             side = at < offset
             if not side.any() or side.all():
                 continue
-            halves = (flat[chain(flat, of_faces(order, faces, side, half))] for half in (True, False))
+            halves = (flat[chain(flat, corners_of_faces(order, faces, side, half))] for half in (True, False))
             left = sum(count_inside(bare, half) for half in halves)
             if left < best:
                 best, chosen = left, side
@@ -186,7 +186,7 @@ def best_cut(
 
 
 @njit(cache=True, error_model="numpy")
-def of_faces(order, faces, side, wanted):
+def corners_of_faces(order, faces, side, wanted):
     """Return the corners of the faces whose side is ``wanted``, in the given order."""
     corner = np.zeros(len(order), np.bool_)
     for f in range(len(faces)):

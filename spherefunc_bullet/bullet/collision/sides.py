@@ -84,21 +84,21 @@ def extend_side(vertices, faces, normals, starts, incident, seeds, tolerance):
     for seed in seeds:
         if labels[seed] >= 0:
             continue
-        plane, best, grown = through(vertices, faces, normals, seed), np.empty(4), 0
+        plane, best, grown = plane_of_face(vertices, faces, normals, seed), np.empty(4), 0
         for _ in range(ROUNDS):
             stamp += 1
-            count, reached = spread(
+            count, reached = grow(
                 vertices, faces, starts, incident, labels, seed, plane, tolerance, stamp, stamps, seen, members, corners
             )
             if count <= grown:
                 break
             best, grown = plane, count
-            plane = fitted(vertices, corners[:reached])
+            plane = fit_plane(vertices, corners[:reached])
         labels[seed] = sides
         if grown > 1:
             labels[seed] = FREE
             stamp += 1
-            spread(
+            grow(
                 vertices, faces, starts, incident, labels, seed, best, tolerance, stamp, stamps, seen, members, corners
             )
             labels[members[:grown]] = sides
@@ -107,7 +107,7 @@ def extend_side(vertices, faces, normals, starts, incident, seeds, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
-def through(vertices, faces, normals, f):
+def plane_of_face(vertices, faces, normals, f):
     """Return the plane (4,) of a face: its unit normal and its signed distance from the origin."""
     plane = np.empty(4)
     plane[:3] = normals[f]
@@ -116,7 +116,7 @@ def through(vertices, faces, normals, f):
 
 
 @njit(cache=True, error_model="numpy")
-def spread(vertices, faces, starts, incident, labels, seed, plane, tolerance, stamp, stamps, seen, members, corners):
+def grow(vertices, faces, starts, incident, labels, seed, plane, tolerance, stamp, stamps, seen, members, corners):
     """Write the free faces near a plane that are connected to a seed, and their corners; return the numbers of both."""
     if not near(vertices, faces, seed, plane, tolerance):
         return 0, 0
@@ -156,7 +156,7 @@ def near(vertices, faces, f, plane, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
-def fitted(vertices, corners):
+def fit_plane(vertices, corners):
     """Return the least-squares plane, moved to the middle between the outermost points."""
     mean = np.zeros(3)
     for v in corners:

@@ -7,23 +7,23 @@ from collections.abc import Sequence
 from ...clouds.cloud import Cloud
 from ...simulator.proofs import PourUse, ProofResult, ProofSettings, PutUse, SitUse, Use
 from .setting_down import put_down
-from .sitter import sat_down
+from .sitter import sit_down
 from .stage import Stage
-from .stream import poured
+from .stream import pour
 
 
-def proved(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[ProofResult]:
+def prove_uses(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[ProofResult]:
     """Return the result of each use of a static object."""
     with Stage(cloud, settings.friction) as stage:
-        return [used(stage, use, settings, seed) for use in uses]
+        return [prove_use(stage, use, settings, seed) for use in uses]
 
 
-def used(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> ProofResult:
+def prove_use(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> ProofResult:
     """Return the result of one use."""
     match use:
         case SitUse():
-            return sat_down(stage, use, settings)
+            return sit_down(stage, use, settings)
         case PutUse():
             return put_down(stage, use, settings)
         case PourUse():
-            return poured(stage, use, settings, seed)
+            return pour(stage, use, settings, seed)

@@ -28,11 +28,11 @@ def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> ProofResult:
         free.mass, shape, stage.visual, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine
     )
     p.changeDynamics(body, -1, localInertiaDiagonal=inertia_of(free), **stage.engine)
-    stage.rub(body)
-    moved, tilt = looked_at(stage, body, start, turn, settings.put_time)
+    stage.set_friction(body)
+    moved, tilt = displacement(stage, body, start, turn, settings.put_time)
     if moved <= MOVED and tilt <= TILTED_DEG:
         stage.push(body, min(settings.push, LIGHT * free.mass * G), 0.0, PUSHED, RATE)
-        moved, tilt = looked_at(stage, body, start, turn, settings.put_time / 2)
+        moved, tilt = displacement(stage, body, start, turn, settings.put_time / 2)
     p.removeBody(body, **stage.engine)
     why = "tipped" if tilt > TILTED_DEG else "slid" if moved > MOVED else HELD
     return ProofResult(held=why == HELD, why=why, moved=moved, tilt_deg=tilt)
@@ -43,7 +43,7 @@ def inertia_of(free: Body) -> list[float]:
     return np.diag(free.inertia).tolist()
 
 
-def looked_at(stage: Stage, body: int, start: np.ndarray, turn: Rotation, seconds: float) -> tuple[float, float]:
+def displacement(stage: Stage, body: int, start: np.ndarray, turn: Rotation, seconds: float) -> tuple[float, float]:
     """Return how far a body has moved after some seconds, metres, and by how much it has tilted, degrees."""
     stage.steps(seconds, RATE)
     place, turned = pybullet().getBasePositionAndOrientation(body, stage.client)

@@ -23,28 +23,28 @@ BREADTH = 0.08  # metres, the width of a hand: a narrower support is not a seat
 SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres per second
 
 
-def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
+def sit_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
     """Return whether a person who sits down stays when pushed from behind, from the sides and from the front."""
     p, scale = pybullet(), settings.person / TALL
     start = np.array(use.position) + [0, 0, ABOVE]
     turn = p.getQuaternionFromEuler([0, 0, use.heading])
     with as_file(files(__package__) / "sitter.urdf") as path:
         body = p.loadURDF(str(path), start.tolist(), turn, globalScaling=scale, **stage.engine)
-    stage.rub(body)
+    stage.set_friction(body)
     hold(stage, body, scale)
     stage.steps(settings.sitting_time, RATE)
-    verdict = looked_at(stage, body, use, scale)
+    verdict = sitting_result(stage, body, use, scale)
     for quarter in range(4):
         if not verdict.held:
             break
         stage.push(body, settings.lean * scale**3, use.heading + quarter * np.pi / 2, PUSHED, RATE)
         stage.steps(CALM, RATE)
-        verdict = looked_at(stage, body, use, scale)
+        verdict = sitting_result(stage, body, use, scale)
     p.removeBody(body, **stage.engine)
     return verdict
 
 
-def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> ProofResult:
+def sitting_result(stage: Stage, body: int, use: SitUse, scale: float) -> ProofResult:
     """Return how a person currently sits."""
     p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)

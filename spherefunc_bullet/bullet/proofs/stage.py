@@ -23,16 +23,16 @@ class Stage(Engine):
         super().__init__(enableFileCaching=0)
         p, self.friction = pybullet(), friction
         p.setGravity(0, 0, -G, **self.engine)
-        self.ground = self.still(p.createCollisionShape(p.GEOM_PLANE, **self.engine))
-        self.object = self.still(load_shape(shape_of(cloud), 1.0, self.client))
+        self.ground = self.add_static(p.createCollisionShape(p.GEOM_PLANE, **self.engine))
+        self.object = self.add_static(load_shape(shape_of(cloud), 1.0, self.client))
 
-    def still(self, shape: int) -> int:
+    def add_static(self, shape: int) -> int:
         """Return a new static body."""
         body = pybullet().createMultiBody(0.0, shape, self.visual, **self.engine)
-        self.rub(body)
+        self.set_friction(body)
         return body
 
-    def rub(self, body: int):
+    def set_friction(self, body: int):
         """Set the friction of all links of a body; the engine multiplies the values of two bodies, hence the root."""
         for link in range(-1, pybullet().getNumJoints(body, **self.engine)):
             pybullet().changeDynamics(body, link, lateralFriction=np.sqrt(self.friction), **self.engine)

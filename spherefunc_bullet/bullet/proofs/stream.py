@@ -19,7 +19,7 @@ SOLVED = 20, 50  # iterations of the solver: few suffice for light spheres in a 
 CARRIED = 0.05, 0.3  # sideways acceleration in g, and its duration in seconds: carried level
 
 
-def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> ProofResult:
+def pour(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> ProofResult:
     """Return whether the poured spheres stay inside."""
     p = pybullet()
     radius = sphere_radius(use, settings.spheres)
