@@ -49,7 +49,7 @@ class Reason:
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What one object is for."""
+    """The functions of one object, and why it has them."""
 
     name: str  # of the object
     functions: frozenset[str]  # that it has; empty for none
@@ -63,7 +63,7 @@ class Answer:
 
     @cached_property
     def places(self) -> list[Place]:
-        """Where it can be used, in the coordinates and units of the input; looked for when it is first asked."""
+        """Where it can be used, in the coordinates and units of the input; computed when first read."""
         from .places.finding import places_in_input
 
         if self.source is None:
@@ -74,7 +74,8 @@ class Answer:
     @cached_property
     def deciding(self) -> dict[str, list[Reason]]:
         """The quantities that decided about each function, the strongest first; none from models that count cubes."""
-        return {} if self.decision is None else reasons_by_function(self.decision)
+        decided = {} if self.decision is None else evidence(self.decision).get("quantities", {})
+        return {name: [reason_of(name, row) for row in rows] for name, rows in decided.items()}
 
     def to_dict(self, explain: bool = False) -> dict[str, Any]:
         """Return what ``spherefunc classify --json`` prints of the object, with ``explain`` what decided as well."""
@@ -186,23 +187,20 @@ def classify(
     several = holds_several(anything)
     named = isinstance(anything, Mapping)
     items = list(anything.values() if named else anything) if several else [anything]
-    clouds = [
-        as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
-        for number, item in enumerate(items)
-    ]
+    names = [f"object {number}" if several else None for number in range(len(items))]
+    clouds = [as_cloud(item, units=units, up=up, name=name) for item, name in zip(items, names, strict=True)]
     answers = []
     for cloud, item in zip(clouds, items, strict=True):
         started = time.perf_counter()
-        decision = classify_by_all(partial(object_of, cloud, cache), models)
-        answer = answer_of(cloud, decision, explain)
+        answer = answer_of(cloud, classify_by_all(partial(target_of, cloud, cache), models), explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
     if named:
         return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]
 
 
-def object_of(cloud: Cloud, cache: bool, model: FunctionModel) -> CloudObject:
-    """Return the object of a cloud, on which the spheres of a model are dropped."""
+def target_of(cloud: Cloud, cache: bool, model: FunctionModel) -> CloudObject:
+    """Return a cloud as an object on which the spheres of a model are dropped."""
     return CloudObject(raw_cloud=cloud, drop_config=model.drop_config(), cache=cache)
 
 
@@ -238,15 +236,9 @@ def evidence(decision: Decision) -> dict[str, Any]:
     return {"quantities": quantities, "nearest": nearest(reading)}
 
 
-def reasons_by_function(decision: Decision) -> dict[str, list[Reason]]:
-    """Return the quantities with the largest effect on the score of each function."""
-    decided = evidence(decision).get("quantities", {})
-    return {name: [reason_of(name, row) for row in rows] for name, rows in decided.items()}
-
-
 def reason_of(function: str, row: dict[str, Any]) -> Reason:
     """Return the reason in a row of `words.deciding_quantities`."""
-    from .learning.profiles.words import unit_of
+    from .learning.profiles.quantities import QUANTITY
 
     same = {name: row[name] for name in ("quantity", "meaning", "radius", "value", "median")}
-    return Reason(function=function, unit=unit_of(row["quantity"]), effect=row["share"], **same)
+    return Reason(function=function, unit=QUANTITY[row["quantity"]].unit, effect=row["share"], **same)

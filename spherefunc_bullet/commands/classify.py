@@ -113,11 +113,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 
 def classified_file(
-    file: Path,
-    models: Sequence[ModelPair],
-    loading: LoadOptions,
-    reasons: bool = True,
-    explain: bool = True,
+    file: Path, models: Sequence[ModelPair], loading: LoadOptions, reasons: bool = True, explain: bool = True
 ) -> Row:
     """Return the JSON entry of one file, with reasons and evidence if requested; runs in a worker."""
     from ..classification import classify_by_all

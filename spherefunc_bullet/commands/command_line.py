@@ -39,12 +39,7 @@ def application(word: str | None = None) -> typer.Typer:
 
     Where a word names one of them, that one alone: reading the parameters of all takes longer than importing it.
     """
-    app = typer.Typer(
-        name="spherefunc",
-        no_args_is_help=True,
-        pretty_exceptions_enable=False,
-        callback=spherefunc,
-    )
+    app = typer.Typer(name="spherefunc", no_args_is_help=True, pretty_exceptions_enable=False, callback=spherefunc)
     points = entry_points(group="spherefunc.commands")
     for point in sorted(points.select(name=word) if word in points.names else points, key=lambda point: point.name):
         command = point.load()

@@ -46,8 +46,7 @@ Method = Annotated[
     typer.Option(help="profile: named quantities of the drops; cubes: histogram; paper: exactly as Hinkle and Olson."),
 ]
 MissLimit = Annotated[
-    int | None,
-    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A). Default: 50."),
+    int | None, typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A). Default: 50.")
 ]
 Jobs = Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")]
 RunDir = Annotated[

@@ -15,7 +15,6 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ..classification import decide
-from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
 from ..function_model import THRESHOLD, FunctionModel
 from ..settling.cached_runs import CloudObject, settle_cached
@@ -53,6 +52,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     """
 
     cache: bool
+    columns_: tuple[str, ...] | None = None  # names of the columns of the indicator that y was, if it was one
 
     @abstractmethod
     def fit_settled(
@@ -78,10 +78,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
 
     def fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
         """Learn from objects X and their functions y, a set for each or an indicator (N, F)."""
-        clouds, columns = as_clouds(X), columns_of_indicator(y)
-        labels = list(y) if columns is None else labels_of_indicator(y, columns)
-        require_as_many(clouds, labels)
-        self.fit_settled(self._settled(clouds), labels, [cloud.name for cloud in clouds])
+        columns = columns_of_indicator(y)
+        self.fit_settled(*self._training_data(X, y, columns))
         self.columns_ = columns
         return self
 
@@ -89,10 +87,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         """Learn from more objects in addition to earlier ones; the model is fitted again to all."""
         if not hasattr(self, "members_"):
             return self.fit(X, y)
-        clouds, columns = as_clouds(X), columns_of_indicator(y, getattr(self, "columns_", None))
-        labels = list(y) if columns is None else labels_of_indicator(y, columns)
-        require_as_many(clouds, labels)
-        return self.add_settled(self._settled(clouds), labels, [cloud.name for cloud in clouds])
+        return self.add_settled(*self._training_data(X, y, columns_of_indicator(y, self.columns_)))
 
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
@@ -105,16 +100,16 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:
         """Return the functions of each object: a set, empty for none; or an indicator (N, F) where y was one."""
         members = self.predict_proba(X) > THRESHOLD
-        if getattr(self, "columns_", None) is not None:
+        if self.columns_ is not None:
             return members.astype(int)
         return [frozenset(name for name, has in zip(self.functions_, row, strict=True) if has) for row in members]
 
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
         """Return the share of objects whose functions are all correct, as scikit-learn does for multilabel data."""
-        columns = getattr(self, "columns_", None)
-        labels = sets_of(y) if columns is None else labels_of_indicator(y, columns)
-        predicted = self.predict(X)
-        found = predicted if columns is None else labels_of_indicator(predicted, columns)
+        columns = self.columns_
+        labels, found = (
+            sets_of(each) if columns is None else labels_of_indicator(each, columns) for each in (y, self.predict(X))
+        )
         require_as_many(found, labels)
         correct = [functions == label for functions, label in zip(found, labels, strict=True)]
         return float(np.average(correct, weights=sample_weight))
@@ -127,12 +122,18 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return tags
 
     def _columns(self) -> tuple[str, ...]:
-        columns = getattr(self, "columns_", None)
-        return self.functions_ if columns is None else columns
+        return self.functions_ if self.columns_ is None else self.columns_
 
-    def _settled(self, clouds: Sequence[Cloud]) -> list[DropsByRadius]:
+    def _training_data(
+        self, X: Iterable[Anything], y: Labels, columns: tuple[str, ...] | None
+    ) -> tuple[list[DropsByRadius], list[Label], list[str]]:
+        """Return the drops, the labels and the names of objects; ``columns`` are those of an indicator y."""
+        clouds = as_clouds(X)
+        labels = list(y) if columns is None else labels_of_indicator(y, columns)
+        require_as_many(clouds, labels)
         drop = settle_cached if self.cache else settle
-        return [drop(cloud, self.simulator, self.radii, self.seed, self.run_limit) for cloud in clouds]
+        settled = [drop(cloud, self.simulator, self.radii, self.seed, self.run_limit) for cloud in clouds]
+        return settled, labels, [cloud.name for cloud in clouds]
 
 
 def require_as_many(objects: Sequence, labels: Sequence):

@@ -1,6 +1,6 @@
-"""What an object is for: one binary classifier per function, each with the radius that serves it best (§III-C).
+"""The classifier by cubes: one binary classifier per function, each with the radius that suits it best (§III-C).
 
-And a fitted one as the arrays of its file.
+Also its fitted attributes as the arrays of a model file, and back.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any, Unpack
 
 import numpy as np
 from scipy import sparse
+from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
@@ -25,7 +26,7 @@ from .validation import THRESHOLD, quality, radius_weights, remaining_weights, v
 
 
 class CubeClassifier(CloudClassifier):
-    """Learn functions from labelled clouds, and tell those of others: several, or none.
+    """Learn functions from labelled clouds and predict those of others: several, or none.
 
     Parameters
     ----------
@@ -45,13 +46,14 @@ class CubeClassifier(CloudClassifier):
     ----------
     functions_ : tuple of str
     weights_ : dict of str to dict of float to float
-        For each function, the radii in metres that count and how much; one alone where the method takes the best.
+        For each function, the radii in metres that count and their weights; a single one where the method takes the
+        best.
     histograms_ : dict of float to CubeHistogram
     examples_ : dict of float to (N, V + 1) sparse matrix
         The training objects' features at each radius.
     members_ : (N, F) bool
     names_ : list of str
-        What the training objects are called.
+        Names of the training objects.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class CubeClassifier(CloudClassifier):
         self.cache = cache
 
     def fit_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
-        """Learn from settled centres: per object the drops of each radius, as `settle` returns them."""
+        """Learn from the drops of each object by radius, as `settle` returns them."""
         settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         method = find_cube_method(self.method)
@@ -87,9 +89,7 @@ class CubeClassifier(CloudClassifier):
         return self._choose_radii()
 
     def add_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
-        """Learn from more settled centres."""
-        from scipy import sparse
-
+        """Learn from more objects, in addition to earlier ones."""
         check_is_fitted(self)
         settled = typed_drops(settled)
         self.functions_, self.members_ = more_members(self.functions_, self.members_, as_sets(y))
@@ -109,64 +109,63 @@ class CubeClassifier(CloudClassifier):
 
     @property
     def run_limit(self) -> RunLimit:
-        """How long its runs are."""
+        """The limit of its runs."""
         return find_cube_method(self.method).run_limit
 
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects given as settled centres.
+        """Return the scores (N, F) of objects from their drops.
 
         Parameters
         ----------
         settled : sequence of dict of radius in metres to Drops
-            At the chosen radii. Where spheres of one were not dropped, the others vote alone.
+            At the chosen radii. Where no spheres of a radius were dropped, the other radii vote alone.
         any_heading : bool
-            Whether an object may face any way, as in a scan: its distance to a training object is then that at the
+            Whether an object may have any heading, as in a scan: its distance to a training object is then that at the
             best of four quarter turns.
         """
         check_is_fitted(self)
         settled = typed_drops(settled)
-        scores = np.zeros((len(settled), len(self.functions_)))
-        if not len(settled):
-            return scores
-        measure = self.turned_distances if any_heading else self.distances
-        distances = {radius: measure(settled, radius) for radius in self.chosen_radii()}
-        for radii, rows in by_radii(settled).items():
-            known = {radius: matrix[rows] for radius, matrix in distances.items() if radius in radii}
+        scores, method = np.zeros((len(settled), len(self.functions_))), find_cube_method(self.method)
+        for dropped in {frozenset(drops) for drops in settled}:  # the radii at which spheres were dropped
+            rows = [row for row, drops in enumerate(settled) if drops.keys() == dropped]
+            objects = [settled[row] for row in rows]
+            radii = [radius for radius in self.chosen_radii() if radius in dropped]
+            distances = {radius: self.distances(objects, radius, any_heading=any_heading) for radius in radii}
             for column, name in enumerate(self.functions_):
-                weights = remaining_weights(self.weights_[name], radii)
-                members = self.members_[:, column]
-                scores[rows, column] = voted_scores(known, members, weights, find_cube_method(self.method))
+                weights = remaining_weights(self.weights_[name], dropped)
+                scores[rows, column] = voted_scores(distances, self.members_[:, column], weights, method)
         return scores
 
-    def distances(self, settled: Sequence[DropsByRadius], radius: float) -> np.ndarray:
-        """Return the Euclidean distances (Q, N) from objects to the training examples."""
-        return self._distances(rests_of(settled, radius), radius)
-
-    def _distances(self, centers: Sequence[np.ndarray], radius: float) -> np.ndarray:
-        """Return the same for settled centres (S, 3)."""
-        from sklearn.metrics.pairwise import euclidean_distances
-
-        features = self.histograms_[radius].transform(centers)
-        return euclidean_distances(features, self.examples_[radius])
-
-    def turned_distances(self, settled: Sequence[DropsByRadius], radius: float) -> np.ndarray:
-        """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
-        turns = [[quarter_turns(centers, k) for centers in rests_of(settled, radius)] for k in range(4)]
-        return np.min([self._distances(turned, radius) for turned in turns], axis=0)
+    def distances(self, settled: Sequence[DropsByRadius], radius: float, *, any_heading: bool = False) -> np.ndarray:
+        """Return the Euclidean distances (Q, N) from objects to the training examples; see `score_settled`."""
+        rests = [drops.get(radius, NO_DROPS).rests for drops in settled]
+        turns = [[quarter_turns(centers, k) for centers in rests] for k in range(4 if any_heading else 1)]
+        features = [self.histograms_[radius].transform(turned) for turned in turns]
+        return np.min([euclidean_distances(counts, self.examples_[radius]) for counts in features], axis=0)
 
     def neighbors(self, settled: DropsByRadius, name: str) -> list[dict]:
         """Return the training objects that decide one object's membership, by radius and nearest first.
 
         The weights of those that have the function sum to its score.
         """
-        rows = []
+        rows, members = [], self.members_[:, self.functions_.index(name)]
         for radius, share in self.weights_[name].items():
             distances = self.distances([settled], radius)[0]
-            rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
+            weights = share * self.neighbor_weights(distances, name)
+            rows += [
+                {
+                    "name": self.names_[i],
+                    "member": bool(members[i]),
+                    "distance": round(float(distances[i]), 4),
+                    "weight": round(float(weights[i]), 4),
+                    "radius": radius,
+                }
+                for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
+            ]
         return rows
 
     def neighbor_weights(self, distances: np.ndarray, name: str) -> np.ndarray:
-        """Return the share (N,) of each training object in one radius's score; that of the members sums to it.
+        """Return the share (N,) of each training object in one radius's score; those of the members sum to the score.
 
         Parameters
         ----------
@@ -185,43 +184,27 @@ class CubeClassifier(CloudClassifier):
                 weights[rows] += values / total / len(counts)
         return weights
 
-    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
-        members = self.members_[:, self.functions_.index(name)]
-        weights = share * self.neighbor_weights(distances, name)
-        return [
-            {
-                "name": self.names_[i],
-                "member": bool(members[i]),
-                "distance": round(float(distances[i]), 4),
-                "weight": round(float(weights[i]), 4),
-            }
-            for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
-        ]
-
     def chosen_radii(self) -> list[float]:
         """Return the radii that some function uses, ascending, metres."""
         check_is_fitted(self)
         return sorted(set().union(*self.weights_.values()))
 
     def only(self, name: str) -> CubeClassifier:
-        """Return a fitted copy that is asked for one function alone, so that its radius alone is run."""
+        """Return a fitted copy for one function only, so that spheres of its radii alone are dropped."""
         alone, column = copy(self), self.column_of(name)
         alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
         alone.weights_ = {name: self.weights_[name]}
         return alone
 
     def held_out_f_measures(self) -> dict[str, float | None]:
-        """Return each function's F-measure on training objects, each left out; None of too few examples."""
-        from sklearn.metrics.pairwise import euclidean_distances
-
+        """Return each function's F-measure on training objects, leaving one out at a time; None for too few."""
         measured: dict[str, float | None] = dict.fromkeys(self.functions_)
         distances = {radius: euclidean_distances(self.examples_[radius]) for radius in self.chosen_radii()}
-        others = ~np.eye(len(self.members_), dtype=bool)
+        others, method = ~np.eye(len(self.members_), dtype=bool), find_cube_method(self.method)
         for name, members in zip(self.functions_, self.members_.T, strict=True):
             if min(members.sum(), (~members).sum()) < 2:
                 continue
-            weights, method = self.weights_[name], find_cube_method(self.method)
-            scores = []
+            weights, scores = self.weights_[name], []
             for i, rest in enumerate(others):
                 to_others = {radius: distances[radius][[i]][:, rest] for radius in weights}
                 scores.append(voted_scores(to_others, members[rest], weights, method))
@@ -229,8 +212,6 @@ class CubeClassifier(CloudClassifier):
         return measured
 
     def _choose_radii(self) -> CubeClassifier:
-        from sklearn.metrics.pairwise import euclidean_distances
-
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
         self.weights_ = {
             name: radius_weights(distances, members, find_cube_method(self.method), self.random_state)
@@ -239,21 +220,8 @@ class CubeClassifier(CloudClassifier):
         return self
 
 
-def rests_of(settled: Sequence[DropsByRadius], radius: float) -> list[np.ndarray]:
-    """Return where the spheres of a radius rest on each object, (S, 3), metres."""
-    return [drops.get(radius, NO_DROPS).rests for drops in settled]
-
-
-def by_radii(settled: Sequence[DropsByRadius]) -> dict[frozenset[float], list[int]]:
-    """Return which objects had spheres dropped at which radii: the rows of each such set."""
-    rows: dict[frozenset[float], list[int]] = {}
-    for row, spheres in enumerate(settled):
-        rows.setdefault(frozenset(spheres), []).append(row)
-    return rows
-
-
 def cube_parts(model: CubeClassifier) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return what is kept of a classifier by cubes beside what is kept of all."""
+    """Return header entries and arrays that the file of a model by cubes has besides those of all models."""
     arrays = {}
     for i, radius in enumerate(model.radii):
         matrix = model.examples_[radius]
@@ -264,7 +232,10 @@ def cube_parts(model: CubeClassifier) -> tuple[dict[str, Any], dict[str, np.ndar
 
 
 def rebuilt_method(about: dict[str, Any]) -> Method:
-    """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
+    """Return the method that a model file describes.
+
+    Earlier versions had options that are gone; a file with other than their default values is refused.
+    """
     fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
     about = about | {"neighbors": tuple(about["neighbors"])}
     if any(about.pop(name, value) != value for name, value in fixed.items()):
@@ -275,10 +246,8 @@ def rebuilt_method(about: dict[str, Any]) -> Method:
 
 
 def fill_cubes(model: CubeClassifier, about: dict[str, Any], arrays: dict[str, np.ndarray]):
-    """Give a classifier by cubes what its file holds."""
-    model.weights_ = {
-        name: {radius: weight for radius, weight in about["weights"][name]} for name in about["functions"]
-    }
+    """Set the attributes of a classifier by cubes from its file."""
+    model.weights_ = {name: {radius: weight for radius, weight in about["weights"][name]} for name in model.functions_}
     if not all(weights and set(weights) <= set(model.radii) for weights in model.weights_.values()):
         raise ValueError("a function's radius is none of the model's")
     model.histograms_, model.examples_ = {}, {}

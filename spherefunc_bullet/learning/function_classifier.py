@@ -178,27 +178,23 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         Parameters
         ----------
         labelled : (N, F) bool, optional
-            Whether the membership of an object in a function is known; by default all are.
+            Whether it is known if an object has a function; by default it is known of all.
         """
         from sklearn.ensemble import ExtraTreesClassifier
 
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
         self.copy_groups_ = group_copies(self.names_, [""] * len(self.names_)) if copy_groups is None else copy_groups
-        base = forest(self.random_state) if self.estimator is None else self.estimator
-        tasks = list(zip(members.T, (np.ones_like(members) if labelled is None else labelled).T, strict=True))
-        fitted = [self._fit_function(base, *task) for task in tasks]
-        self.forests_ = [
-            forest_from_sklearn(each) if isinstance(each, ExtraTreesClassifier) else each for each in fitted
-        ]
-        self.held_out_ = [self._held_out(base, *task) for task in tasks]
-        pairs = list(zip(self.held_out_, members.T, strict=True))
-        self.calibrations_ = [self._calibration(*pair) for pair in pairs]
-        ranges = [
-            self._unsure_range(*pair, calibration) for pair, calibration in zip(pairs, self.calibrations_, strict=True)
-        ]
-        self.unsure_ranges_ = dict(zip(functions, ranges, strict=True))
-        self.radius_ = {name: self._radius(classifier) for name, classifier in zip(functions, fitted, strict=True)}
+        labelled = np.ones_like(members) if labelled is None else labelled
+        self.forests_, self.held_out_, self.calibrations_ = [], [], []
+        self.unsure_ranges_, self.radius_ = {}, {}
+        for name, column, known in zip(functions, members.T, labelled.T, strict=True):
+            fitted, votes = self._fit_function(column, np.flatnonzero(known))
+            calibration, self.unsure_ranges_[name] = self._calibrate(votes, column)
+            self.forests_.append(forest_from_sklearn(fitted) if isinstance(fitted, ExtraTreesClassifier) else fitted)
+            self.held_out_.append(votes)
+            self.calibrations_.append(calibration)
+            self.radius_[name] = self._radius(fitted)
         return self
 
     def fit_scene_forests(
@@ -244,40 +240,37 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             )
         }
 
-    def _fit_function(self, base: ClassifierMixin, members: np.ndarray, labelled: np.ndarray) -> ClassifierMixin | None:
-        """Return a classifier fitted to the labelled examples of one function; None where all have it, or none has."""
-        rows = np.flatnonzero(labelled)
-        if members[rows].all() or not members[rows].any():
-            return None
-        return fit_weighted(base, self.profiles_[rows], members[rows], self.copy_groups_.of(rows))
+    def _fit_function(self, members: np.ndarray, rows: np.ndarray) -> tuple[ClassifierMixin | None, np.ndarray | None]:
+        """Return a classifier fitted to the labelled rows of one function, and its held-out votes (N,).
 
-    def _held_out(self, base: ClassifierMixin, members: np.ndarray, labelled: np.ndarray) -> np.ndarray | None:
-        """Return the held-out votes (N,) of one function, NaN where it is not labelled; None for too few examples."""
-        rows = np.flatnonzero(labelled)
-        copy_groups = self.copy_groups_.of(rows)
-        if min(len(set(copy_groups.groups[side])) for side in (members[rows], ~members[rows])) < 2:
-            return None
-        votes = np.full(len(members), np.nan)
-        votes[rows] = held_out_votes(base, self.profiles_[rows], members[rows], copy_groups, self.random_state)
-        return votes
-
-    def _calibration(self, votes: np.ndarray | None, members: np.ndarray) -> Calibration:
-        """Return the calibration of the votes for one function; none for too few examples."""
-        if votes is None:
-            return UNCALIBRATED
-        rows = ((self.copy_groups_.weights == 1) | self.copy_groups_.has_sources) & ~np.isnan(votes)
-        return fit_calibration(votes[rows], members[rows])
-
-    def _unsure_range(self, votes: np.ndarray | None, members: np.ndarray, calibration: Calibration) -> ScoreRange:
-        """Return the range of scores in which one function is unsure, measured where sources can be held out.
-
-        All sources count equally, however many objects they have.
+        The classifier is None where all of them have the function, or none has; the votes are None for too few
+        examples, and NaN for those that are not labelled.
         """
-        if votes is None or not self.copy_groups_.has_sources:
-            return DEFAULT_UNSURE_RANGE
-        rows = ~np.isnan(votes)
-        weights = equal_source_weights(self.copy_groups_.sources[rows])
-        return unsure_range(calibrated(votes[rows], calibration), members[rows], weights)
+        base = forest(self.random_state) if self.estimator is None else self.estimator
+        profiles, has, copy_groups = self.profiles_[rows], members[rows], self.copy_groups_.of(rows)
+        if has.all() or not has.any():
+            return None, None
+        fitted = fit_weighted(base, profiles, has, copy_groups)
+        if min(len(set(copy_groups.groups[side])) for side in (has, ~has)) < 2:
+            return fitted, None
+        votes = np.full(len(members), np.nan)
+        votes[rows] = held_out_votes(base, profiles, has, copy_groups, self.random_state)
+        return fitted, votes
+
+    def _calibrate(self, votes: np.ndarray | None, members: np.ndarray) -> tuple[Calibration, ScoreRange]:
+        """Return the calibration of the votes (N,) for one function, and the range of scores in which it is unsure.
+
+        The range is measured where sources can be held out; all sources count equally, however many objects they have.
+        """
+        if votes is None:
+            return UNCALIBRATED, DEFAULT_UNSURE_RANGE
+        copy_groups, voted = self.copy_groups_, ~np.isnan(votes)
+        rows = voted & ((copy_groups.weights == 1) | copy_groups.has_sources)
+        calibration = fit_calibration(votes[rows], members[rows])
+        if not copy_groups.has_sources:
+            return calibration, DEFAULT_UNSURE_RANGE
+        weights = equal_source_weights(copy_groups.sources[voted])
+        return calibration, unsure_range(calibrated(votes[voted], calibration), members[voted], weights)
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the original training objects."""

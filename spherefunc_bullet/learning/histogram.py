@@ -1,7 +1,7 @@
 """The feature: how many spheres settled in each cube of space (paper, §III-B, Fig. 2).
 
-Space is divided into cubes of side three to four sphere diameters. A sofa and a cup share one vector space:
-the matrix is sparse, and has a column for every cube in which a training object held a sphere, and one more.
+Space is divided into cubes of side three to four sphere diameters. A sofa and a cup share one vector space: the matrix
+is sparse, with a column for every cube in which a training object held a sphere, and one for all other cubes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..simulator import Simulator
 from .classifier import BackendAlias, simulator_argument
 
 DIAMETERS = 3.5  # side of a cube in sphere diameters
-Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and what each holds (V,) float
+Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and the count of each (V,) float
 _BITS = 21  # of a cube's index along each axis; two million cubes either way of the axis
 _OFFSET = 1 << (_BITS - 1)
 
@@ -51,24 +51,23 @@ def counted_cubes(points: np.ndarray, side: float) -> Counts:
 
 
 def quarter_turns(centers: np.ndarray, turns: int) -> np.ndarray:
-    """Return centres (S, 3) turned counterclockwise about z, exactly."""
+    """Return centres (S, 3) turned counterclockwise about z by a number of quarter turns, without rounding."""
     x, y, z = centers.T
     turned_xy = [(x, y), (-y, x), (-x, -y), (y, -x)][turns % 4]
     return np.column_stack([*turned_xy, z])
 
 
 def counts_matrix(counted: Sequence[Counts], keys: np.ndarray) -> sparse.csr_matrix:
-    """Return counts (N, V + 1) of objects given as cubes and counts; the last column is what no key (V,) names."""
+    """Return counts (N, V + 1) of objects given as cubes and counts; the last column is for cubes not in keys (V,)."""
+    shape = (len(counted), len(keys) + 1)
+    if not counted:
+        return sparse.csr_matrix(shape)
     rows, columns, values = [], [], []
     for row, (cubes, counts) in enumerate(counted):
-        known = np.minimum(np.searchsorted(keys, cubes), len(keys) - 1)
-        inside = keys[known] == cubes if len(keys) else np.zeros(len(cubes), bool)
-        columns += [known[inside], [len(keys)]]
+        inside = np.isin(cubes, keys)
+        columns += [np.searchsorted(keys, cubes[inside]), [len(keys)]]
         values += [counts[inside], [np.sqrt(np.sum(counts[~inside] ** 2))]]
         rows.append(np.full(inside.sum() + 1, row))
-    shape = (len(rows), len(keys) + 1)
-    if not rows:
-        return sparse.csr_matrix(shape)
     at = np.concatenate(rows), np.concatenate(columns)
     matrix = sparse.csr_matrix((np.concatenate(values), at), shape=shape)
     matrix.eliminate_zeros()
@@ -120,7 +119,7 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         return self._learn(X)
 
     def partial_fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:
-        """Give the cubes of more objects a column too; see `widened` for matrices made before."""
+        """Add columns for the cubes of more objects; `widened` adapts matrices that were made before."""
         self.keys_ = getattr(self, "keys_", np.empty(0, np.int64))
         self._learn(X)
         return self
@@ -140,14 +139,14 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
 
 
 def widened(matrix: sparse.csr_matrix, before: np.ndarray, after: np.ndarray) -> sparse.csr_matrix:
-    """Return training rows (N, V + 1) made with the cubes ``before``, with a column for each of ``after``."""
+    """Return training rows (N, V + 1) made with the cubes ``before``, with a column for each cube of ``after``."""
     columns = np.append(np.searchsorted(after, before), len(after))
     shape = (matrix.shape[0], len(after) + 1)
     return sparse.csr_matrix((matrix.data, columns[matrix.indices], matrix.indptr), shape=shape)
 
 
 class SphereHistogram(TransformerMixin, BaseEstimator):
-    """Drop spheres on objects and count where they settle: anything that `as_cloud` takes in, sparse matrix out.
+    """Turn objects, anything that `as_cloud` takes, into sparse counts of the spheres that settle on them.
 
     Parameters
     ----------

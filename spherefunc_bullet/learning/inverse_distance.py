@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.multiclass import check_classification_targets, unique_labels
 from sklearn.utils.validation import check_is_fitted, validate_data
 
@@ -21,9 +22,9 @@ def inverse_distance_scores(
 ) -> np.ndarray:
     """Return how much nearer each row is to members than to the others, 0 to 1.
 
-    The score is a / (a + b), where a is the mean inverse distance to the ``n_neighbors`` nearest members and b
-    that to as many nearest non-members. Taking as many of either keeps a rare function from being outvoted:
-    with the nearest of all, the paper's proportions make "none" win.
+    The score is a / (a + b), where a is the mean inverse distance to the ``n_neighbors`` nearest members and b that to
+    the same number of nearest non-members. Equal numbers keep a rare function from being outvoted: with the nearest of
+    all, the paper's proportions make "none" win.
 
     Parameters
     ----------
@@ -32,15 +33,14 @@ def inverse_distance_scores(
     members : (N,) bool
         Which examples have the function.
     n_neighbors : int or sequence of int
-        Of several numbers, the mean of their scores is returned.
+        For several numbers, the mean of their scores is returned.
 
     Returns
     -------
     (Q,) float
-        0 where there is no member, 1 where there is nothing else.
+        0 if there are no members, 1 if there are only members.
     """
-    sides = (distances[:, members], distances[:, ~members])
-    inside, outside = (mean_inverse_distances(side, n_neighbors) for side in sides)
+    inside, outside = (mean_inverse_distances(distances[:, side], n_neighbors) for side in (members, ~members))
     total = inside + outside
     return np.divide(inside, total, out=np.zeros_like(total), where=total > 0).mean(axis=1)
 
@@ -61,15 +61,15 @@ def nearest_of_all_scores(
 ) -> np.ndarray:
     """Return the members' share of the inverse distances to the nearest of all examples, 0 to 1 (paper, §III-C).
 
-    Nothing keeps a rare function from being outvoted: with as many neighbours as examples, those without it win.
+    A rare function can be outvoted here: with as many neighbours as examples, those without the function win.
 
     Parameters
     ----------
     distances : (Q, N) float
-        From each queried object to each example; of equally near ones the first counts.
+        From each queried object to each example; of equally near examples the first counts.
     members : (N,) bool
     n_neighbors : int or sequence of int
-        Of several numbers, the mean of their scores is returned.
+        For several numbers, the mean of their scores is returned.
 
     Returns
     -------
@@ -85,8 +85,8 @@ def nearest_of_all_scores(
 class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
     """Classify rows by the inverse distances to each class's nearest examples.
 
-    For two classes this is the paper's one-against-all classifier, see `inverse_distance_scores`. It learns from
-    the first example on and grows by `partial_fit`.
+    For two classes this is the paper's one-against-all classifier, see `inverse_distance_scores`. A single example is
+    enough to fit it; `partial_fit` adds more.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         return self
 
     def partial_fit(self, X: Matrix, y: ArrayLike, classes: ArrayLike | None = None) -> InverseDistanceClassifier:
-        """Learn more examples; ``classes`` names all there will ever be, as in other scikit-learn estimators."""
+        """Learn more examples; ``classes`` are all classes that may occur, as in other scikit-learn estimators."""
         if not hasattr(self, "examples_"):
             self.fit(X, y)
             labels = self.classes_[self.labels_]
@@ -127,16 +127,11 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
 
     def predict_proba(self, X: Matrix) -> np.ndarray:
         """Return each class's share (Q, C) of the inverse distances."""
-        from sklearn.metrics.pairwise import euclidean_distances
-
         check_is_fitted(self)
         X = validate_data(self, X, accept_sparse="csr", dtype=np.float64, reset=False)
         distances = euclidean_distances(X, self.examples_)
-        columns = [
-            mean_inverse_distances(distances[:, self.labels_ == label], self.n_neighbors)[:, 0]
-            for label in range(len(self.classes_))
-        ]
-        nearness = np.stack(columns, axis=1)
+        sides = [distances[:, self.labels_ == label] for label in range(len(self.classes_))]
+        nearness = np.column_stack([mean_inverse_distances(side, self.n_neighbors)[:, 0] for side in sides])
         return nearness / nearness.sum(axis=1, keepdims=True)
 
     def predict(self, X: Matrix) -> np.ndarray:

@@ -1,13 +1,14 @@
 """Methods: how settled spheres become features, and features scores.
 
-``paper`` is Hinkle and Olson's method to the letter where the letter is clear; ``cubes`` counts spheres in cubes as
-they do, and differs where a measured comparison shows that it does better; ``profile``, the default, reads drops as
-named quantities (docs/method.md; docs/paper.md has the tables and the commands).
+``paper`` follows Hinkle and Olson exactly where their description is clear; ``cubes`` counts spheres in cubes as they
+do, and differs where a measured comparison shows that it does better; ``profile``, the default, reads drops as named
+quantities (docs/method.md; docs/paper.md has the tables and the commands).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ..errors import InputError
 from ..settling.drops import DROPS, RunLimit
@@ -24,22 +25,18 @@ class Method:
 
     name: str
     diameters: float = DIAMETERS  # side of a cube
-    neighbors: tuple[int, ...] = (1, 3)  # nearest of either side; the mean score over several such numbers
-    vote: bool = False  # over radii, instead of the best one alone
-    of_all: bool = False  # the nearest of all examples instead, whichever side they are on
-    splits: int = 20  # of the training set, that choose the radius: with one, a rare function's is a matter of luck
-    tied: str = "largest"  # radius that is chosen of equally good ones, or "smallest"
-    to_the_end: bool = False  # runs end by the paper's rule alone, without a limit of settled spheres
+    neighbors: tuple[int, ...] = (1, 3)  # nearest members, and as many others; for several numbers the mean score
+    vote: bool = False  # whether all radii vote, instead of the best one alone
+    of_all: bool = False  # whether the nearest of all examples count, instead of equal numbers of either side
+    splits: int = 20  # of the training set, to choose the radius: with one, that of a rare function depends on luck
+    tied: str = "largest"  # which of equally good radii is chosen, "largest" or "smallest"
+    to_the_end: bool = False  # whether runs end by the paper's rule alone, without a limit of settled spheres
+    radii: ClassVar[tuple[float, ...]] = RADII  # default radii of the spheres, metres
 
     @property
     def run_limit(self) -> RunLimit:
-        """How long its runs are."""
+        """The limit of its runs."""
         return RunLimit(to_the_end=self.to_the_end)
-
-    @property
-    def radii(self) -> tuple[float, ...]:
-        """Of the spheres, where nobody says otherwise, metres."""
-        return RADII
 
     def histogram(self, radius: float) -> CubeHistogram:
         """Return the histogram of this method for a radius in metres."""
@@ -48,7 +45,7 @@ class Method:
 
 @dataclass(frozen=True, kw_only=True)
 class ProfileMethod:
-    """The resting profile: a few drops at each radius, read as quantities; see `ProfileClassifier`."""
+    """The resting profile: a few drops at each radius, read as quantities; see `FunctionClassifier`."""
 
     name: str = PROFILE
     radii: tuple[float, ...] = PROFILE_RADII
@@ -58,15 +55,11 @@ class ProfileMethod:
 PAPER = Method(name="paper", neighbors=(3,), of_all=True, splits=1, to_the_end=True)
 CUBES = Method(name="cubes", vote=True)
 AnyMethod = Method | ProfileMethod
-METHODS: dict[str, AnyMethod] = {
-    PROFILE: ProfileMethod(),
-    "paper": PAPER,
-    "cubes": CUBES,
-}
+METHODS: dict[str, AnyMethod] = {PROFILE: ProfileMethod(), "paper": PAPER, "cubes": CUBES}
 
 
 def find_method(method: str | AnyMethod) -> AnyMethod:
-    """Return a method by its name; one that is already made passes through."""
+    """Return the method with a name; a method is returned as it is."""
     if not isinstance(method, str):
         return method
     if method not in METHODS:
@@ -75,13 +68,7 @@ def find_method(method: str | AnyMethod) -> AnyMethod:
 
 
 def find_cube_method(method: str | AnyMethod) -> Method:
-    """Return a method that counts spheres in cubes, for what only such a one can do.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a method as `find_method` does; InputError if it does not count spheres in cubes."""
     chosen = find_method(method)
     if not isinstance(chosen, Method):
         raise InputError(f"method {chosen.name!r}: expected cubes or paper, which count spheres in cubes")

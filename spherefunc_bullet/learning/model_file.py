@@ -1,7 +1,7 @@
-"""Trained classifiers on disk: one NPZ of plain arrays, data and never code.
+"""Trained classifiers on disk: one NPZ file of plain arrays, without code.
 
-The file carries the backend with its version and options, radii, function names, package versions and examples,
-and is refused with a clear line where those do not fit.
+The file holds the backend with its version and options, radii, function names, package versions and examples. A file
+that does not fit what is installed is refused with a message that says why.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..formats.files import require_file, writing
 from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
 from ..settling.cached_runs import DropConfig
-from ..simulator import Simulator, backend_names, make_simulator
+from ..simulator import backend_names, make_simulator
 from .profiles.arrays import EARLY, FileModel, fill_early, fill_profiles, profile_parts, refusing_damage
 from .profiles.forest import of_prefix
 from .profiles.profile_model import PROFILE
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
-About = dict[str, Any]  # what a model file says of itself, JSON
+About = dict[str, Any]  # the header of a model file, JSON
 Arrays = Mapping[str, np.ndarray]
 Rebuilding = Callable[[About, Arrays, str | Path], FunctionModel]
 
@@ -46,15 +46,15 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     ----------
     backend : str
     scans : bool
-        The one for objects in scans, which has learnt partial views of large objects as well as whole models, if the
-        backend has one (``make scan-model``).
+        Return the model for objects in scans, if the backend has one: it has learnt partial views of large objects as
+        well as whole models (``make scan-model``).
     """
     folder = Path(str(files(__package__) / "models"))
     path = folder / f"household-scans-{backend}.npz"
     if not scans or not path.is_file():
         path = folder / f"household-{backend}.npz"
     if not path.is_file():
-        make_simulator(backend)  # of one that there is none, says which there are
+        make_simulator(backend)  # raises an error that lists the backends if there is none of this name
         raise InputError(f"backend {backend!r}: no model ships for it; train one and give model=")
     return path
 
@@ -65,9 +65,9 @@ def save_model(model: CloudClassifier, path: str | Path):
     Raises
     ------
     NotFittedError
-        If it has not learnt yet.
+        If it is not fitted.
     InputError
-        If it is one of forests that are none of `forest`, which cannot be saved as arrays of trees.
+        If it was fitted with another estimator than forests, which cannot be saved as arrays of trees.
     """
     from sklearn.utils.validation import check_is_fitted
 
@@ -90,24 +90,23 @@ def save_model(model: CloudClassifier, path: str | Path):
     }
     arrays = {"members": model.members_, "names": np.array(model.names_)}
     more, parts = cube_parts(model) if isinstance(model, CubeClassifier) else profile_parts(model)
-    about |= more
     with writing(Path(path)), open(path, "wb") as file:
-        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
+        np.savez_compressed(file, about=np.array(json.dumps(about | more)), **arrays, **parts)
 
 
 @cache
 def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
-    """Return a model that this process keeps, so that it is read once; nobody may change it.
+    """Return the model of a file, read once per process and shared, so it must not be changed.
 
     Parameters
     ----------
     changed : int
-        When the file was, so that one written since is read anew.
+        Time at which the file was last changed, so that a newer file is read again.
 
     Raises
     ------
     InputError
-        See `load_model`; or if another process, which was sent the model by its name, finds another file.
+        See `load_model`; or if a worker process, which gets the model by its path, finds a newer file.
     """
     if os.path.isfile(path) and path.stat().st_mtime_ns != changed:
         raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
@@ -118,9 +117,9 @@ def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel
 
 
 def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
-    """Return a model for asking alone: one that is made, a file's, or the one that ships; files are read once.
+    """Return a model for inference only: a given one, that of a file, or the one that ships; files are read once.
 
-    What is read of a file by profiles is a `ProfileModel`, which does without scikit-learn.
+    A model by resting profiles is returned as a `ProfileModel`, which does not need scikit-learn.
 
     Raises
     ------
@@ -134,32 +133,32 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
 
 
 def models_for(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[ModelPair]:
-    """Return the model of each backend named, with what returns its model for single views.
+    """Return the model of each backend named, with a function that returns its model for single views.
 
     Parameters
     ----------
     backend : str, optional
-        One, or several with commas between them: the first answers. See `classification.classify_by_all`.
+        One, or several separated by commas, of which the first answers; see `classification.classify_by_all`.
     function : str, optional
-        The only one that is asked for.
+        The only function that is classified.
 
     Raises
     ------
     InputError
-        See `load_model`; or if several backends are named with a model, which is one backend's.
+        See `load_model`; or if several backends are named with a model, which belongs to one backend.
     """
     names = [None] if backend is None else backend_names(backend)
     if model is not None and len(names) > 1:
-        raise InputError(f"backend {backend!r}: expected one, as a model that is given is of one")
+        raise InputError(f"backend {backend!r}: expected one backend, since a model belongs to one")
     models = [inference_model(model, name) for name in names]
     chosen = models if function is None else [each.only(function) for each in models]
     return [(each, partial(model_for_views, each, given=model is not None)) for each in chosen]
 
 
 def model_for_views(model: FunctionModel, *, given: bool) -> FunctionModel:
-    """Return the model that tells single views: the one asked, if the user gave it, else the one that ships for scans.
+    """Return the model for single views: the same one if the user gave it, else the one that ships for scans.
 
-    What is asked for one function alone is so here.
+    A model for one function only is replaced by one for that function only.
     """
     if given:
         return model
@@ -169,25 +168,25 @@ def model_for_views(model: FunctionModel, *, given: bool) -> FunctionModel:
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
-    """Read a classifier back, ready to classify and to learn more.
+    """Read a classifier from a file, ready to classify and to learn more.
 
     Parameters
     ----------
     path : path, optional
         A model file; without one, the model that ships with the package for the backend, by default ``fast``.
     backend : str, optional
-        The backend whose features it is to be used with.
+        The backend with which it will be used.
 
     Raises
     ------
     InputError
-        If it is no model, cut short, of another version, or of another backend.
+        If the file is not a model, is damaged, or is of another version or backend.
     """
     return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_for_training)
 
 
 def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
-    """Return a file's model, made in one of two ways of what the file holds; see `load_model`."""
+    """Return the model of a file, rebuilt for inference or for training; see `load_model`."""
     require_file(Path(path))
     with refusing_damage(path):
         arrays = Archive(Path(path).read_bytes())
@@ -197,7 +196,7 @@ def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> Fu
 
 
 def check_about(about: About, path: str | Path, backend: str | None):
-    """Refuse a model that is none, or is another version's or another backend's."""
+    """Raise InputError unless a header is that of a model of this version and backend."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it, got another NPZ file")
     if about.get("format_version") != FORMAT_VERSION:
@@ -220,10 +219,11 @@ def check_about(about: About, path: str | Path, backend: str | None):
 
 
 def rebuilt_for_inference(about: About, arrays: Arrays, path: str | Path) -> FunctionModel:
-    """Return what a model file describes, for asking alone where it is by profiles."""
+    """Return the model that a file describes, for inference only if it is one by resting profiles."""
     if about["method"]["name"] != PROFILE:
         return rebuilt_for_training(about, arrays, path)
-    how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
+    simulator = make_simulator(about["backend"], **about["backend_options"])
+    how = {"simulator": simulator, "radii": tuple(about["radii"]), "seed": about["seed"]}
     model = FileModel(arrays, path, **how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
@@ -235,19 +235,19 @@ def rebuilt_for_inference(about: About, arrays: Arrays, path: str | Path) -> Fun
 
 def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> CloudClassifier:
     """Return the classifier that a model file describes."""
+    simulator = make_simulator(about["backend"], **about["backend_options"])
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
         from .cube_classifier import CubeClassifier, fill_cubes, rebuilt_method
 
-        model = CubeClassifier(simulator_of(about), method=rebuilt_method(about["method"]), **options)
+        model = CubeClassifier(simulator, method=rebuilt_method(about["method"]), **options)
         fill_examples(model, about, arrays)
         fill_cubes(model, about, arrays)
         return model
     from .function_classifier import FunctionClassifier
 
     early = int(about["early"]["method"]["drops"]) if "early" in about else 0
-    drops = int(about["method"]["drops"])
-    model = FunctionClassifier(simulator_of(about), drops=drops, early_drops=early, **options)
+    model = FunctionClassifier(simulator, drops=int(about["method"]["drops"]), early_drops=early, **options)
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     if early:
@@ -255,13 +255,8 @@ def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> Clou
     return model
 
 
-def simulator_of(about: About) -> Simulator:
-    """Return the simulator that a model is for."""
-    return make_simulator(about["backend"], **about["backend_options"])
-
-
 def fill_examples(model: FunctionModel, about: About, arrays: Arrays):
-    """Give a model its functions and its training objects."""
+    """Set the functions and the training objects of a model from its file."""
     model.functions_ = tuple(about["functions"])
     model.members_ = arrays["members"].astype(bool)
     model.names_ = np.asarray(arrays["names"], str).tolist()
@@ -270,7 +265,7 @@ def fill_examples(model: FunctionModel, about: About, arrays: Arrays):
 
 
 def new_classifier(how: DropConfig, method: str | AnyMethod) -> CloudClassifier:
-    """Return a method's classifier, not fitted, of spheres that are dropped in some way."""
+    """Return an unfitted classifier of a method, for spheres dropped as configured."""
     from .cube_classifier import CubeClassifier
     from .function_classifier import FunctionClassifier
     from .method import Method, find_method

@@ -1,4 +1,4 @@
-"""The resting profile as a transformer of scikit-learn; what it is, `profiles.quantities` says."""
+"""The resting profile as a transformer of scikit-learn; `profiles.quantities` defines it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .profiles.quantities import NAMES, profiles_over
 
 
 class RestingProfile(TransformerMixin, BaseEstimator):
-    """Turn objects, or what became of drops on them, into named quantities at one radius.
+    """Turn objects, or the drops on them, into named quantities at one radius.
 
-    Turning the object about the vertical or moving it on the ground, with the drops, changes nothing but the last
-    digits. Gaps, which are seen by spheres of two radii, are 0 here.
+    Turning or moving an object on the ground together with its drops changes no more than the last digits. Gaps, which
+    are found by comparing spheres of two radii, are 0 here.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         self.cache = cache
 
     def fit(self, X: object = None, y: object = None) -> RestingProfile:
-        """Do nothing: quantities have a meaning of their own."""
+        """Do nothing, since quantities do not depend on training objects."""
         return self
 
     def transform(self, X: Iterable[Anything]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""How good a membership is, and which radius serves a function best (paper, §III-C and §IV)."""
+"""How good predicted memberships are, and which radius suits a function best (paper, §III-C and §IV)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | No
 
 
 def share(part: int, whole: int) -> float:
-    """Return a part of a whole; of nothing, 0."""
+    """Return the share that a part is of a whole; 0 if the whole is 0."""
     return part / whole if whole else 0.0
 
 
@@ -70,18 +70,17 @@ def validated_f_measure(
         scores = member_scores(distances[np.ix_(held_out, train)], members[train], method)
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
-    truth, predicted = np.concatenate(truth), np.concatenate(predicted)
-    return quality(truth, predicted).f_measure
+    return quality(np.concatenate(truth), np.concatenate(predicted)).f_measure
 
 
 def radius_weights(
     distances: dict[float, np.ndarray], members: np.ndarray, method: Method, random_state: int = 0
 ) -> dict[float, float]:
-    """Return how much each radius counts for one function; those that do not count are left out.
+    """Return the weight of each radius for one function; radii without weight are left out.
 
-    The paper takes the radius with the best validated F-measure (§III-C); of equals ``method.tied`` says which, and
-    the largest is the cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half,
-    squared.
+    The paper takes the radius with the best validated F-measure (§III-C); ``method.tied`` says which of equally good
+    ones (the largest is the cheapest). With ``method.vote`` the weight of a radius is the square of how far its
+    F-measure is above one half.
 
     Parameters
     ----------
@@ -98,12 +97,12 @@ def radius_weights(
     votes = {radius: (f_measure - 0.5) ** 2 for radius, f_measure in measured.items() if f_measure > 0.5}
     if not method.vote or best not in votes:
         return {best: 1.0}
-    # Which vote is largest names the function's radius, so a tie goes to the largest radius as well.
+    # The radius with the largest weight is the function's radius; the order of ``radii`` decides ties here as well.
     return {radius: votes[radius] / sum(votes.values()) for radius in radii if radius in votes}
 
 
 def remaining_weights(weights: dict[float, float], radii: Collection[float]) -> dict[float, float]:
-    """Return the weights of these radii alone, made to sum to one again; none where none of them counts."""
+    """Return the weights of these radii, scaled to sum to one; empty if none of them has a weight."""
     if weights.keys() <= set(radii):
         return weights
     left = {radius: weight for radius, weight in weights.items() if radius in radii}

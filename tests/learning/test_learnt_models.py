@@ -104,8 +104,10 @@ def test_an_object_that_may_face_any_way_is_as_near_as_its_nearest_quarter_turn(
     lying = {radius: resting_drops(radius, one.rests * [2, 0.5, 1]) for radius, one in heap("table", 9).items()}
     for turns in range(4):
         turned = {radius: resting_drops(radius, quarter_turns(one.rests, turns)) for radius, one in lying.items()}
-        each = [model._distances([quarter_turns(lying[0.01].rests, k)], 0.01) for k in range(4)]
-        assert np.allclose(model.turned_distances([turned], 0.01), np.min(each, axis=0))
+        each = [
+            model.distances([{0.01: resting_drops(0.01, quarter_turns(lying[0.01].rests, k))}], 0.01) for k in range(4)
+        ]
+        assert np.allclose(model.distances([turned], 0.01, any_heading=True), np.min(each, axis=0))
         anyhow = model.score_settled([turned], any_heading=True)
         assert np.allclose(anyhow, model.score_settled([lying], any_heading=True))
     assert model.score_settled([]).shape == (0, 3)

@@ -1,1 +1,1 @@
-"""Resting profiles, and models that are asked by them: what answering takes, without scikit-learn."""
+"""Resting profiles, and models that classify objects by them: all that inference needs, without scikit-learn."""

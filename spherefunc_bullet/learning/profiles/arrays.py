@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -51,30 +50,22 @@ def fitted_parts(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndar
 class FileModel(ProfileModel):
     """A model of a file for inference only: trees and training objects are unpacked when they are first needed.
 
-    Most answers need only those of the first drops, ``early_``. Where the model can be read from its file again, only
-    that instruction is sent to another process, so that a worker unpacks a model once and not for each object.
+    Most answers need only those of the first drops, ``early_``. A model that can be read from its file again is pickled
+    as its ``origin`` alone, so that a worker unpacks it once and not for each object.
     """
 
-    origin: tuple[Callable[..., FileModel], tuple] | None = None  # what returns this model, and its arguments
+    origin: tuple[Callable[..., FileModel], tuple] | None = None  # a function that returns this model, its arguments
 
     def __init__(self, arrays: Mapping[str, np.ndarray], path: str | Path, **how: Any):
         super().__init__(**how)
         self._arrays, self._path = arrays, path
 
-    @cached_property
-    def profiles_(self) -> np.ndarray:
-        """The training objects' quantities (N, R * Q)."""
-        return self._unpacked(profiles_in)
-
-    @cached_property
-    def copy_groups_(self) -> CopyGroups:
-        """Which training objects are copies."""
-        return self._unpacked(copy_groups_in)
-
-    @cached_property
-    def forests_(self) -> list[Forest | None]:
-        """A forest for each function."""
-        return self._unpacked(forests_in)
+    def __getattr__(self, name: str) -> Any:
+        if name not in UNPACKED:
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        with refusing_damage(self._path):
+            setattr(self, name, UNPACKED[name](self, self._arrays))
+        return vars(self)[name]
 
     def __reduce_ex__(self, protocol: int) -> Any:
         return self.origin or super().__reduce_ex__(protocol)
@@ -90,10 +81,6 @@ class FileModel(ProfileModel):
         vars(other).update(vars(self) | {"origin": None})
         return other
 
-    def _unpacked(self, part: Callable[[ProfileModel, Mapping[str, np.ndarray]], Any]) -> Any:
-        with refusing_damage(self._path):
-            return part(self, self._arrays)
-
 
 @contextmanager
 def refusing_damage(path: str | Path) -> Iterator[None]:
@@ -105,8 +92,8 @@ def refusing_damage(path: str | Path) -> Iterator[None]:
     except FormatError as error:  # larger than a model may be
         raise InputError(f"{path}: {error}") from error
     except (*DAMAGE, AttributeError, IndexError) as error:
-        wanted = "expected a model as `spherefunc train` writes it"
-        raise InputError(f"{path}: {wanted}; it is damaged or inconsistent") from error
+        expected = "expected a model as `spherefunc train` writes it"
+        raise InputError(f"{path}: {expected}; it is damaged or inconsistent") from error
 
 
 def profiles_in(model: ProfileModel, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -134,6 +121,10 @@ def forests_in(model: ProfileModel, arrays: Mapping[str, np.ndarray]) -> list[Fo
     return forests
 
 
+# The largest attributes of a model, and the functions that return them from the arrays of its file.
+UNPACKED = {"profiles_": profiles_in, "copy_groups_": copy_groups_in, "forests_": forests_in}
+
+
 def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: Mapping[str, np.ndarray]):
     """Set the attributes of a model from its file; a `FileModel` unpacks the largest ones when they are needed."""
     names = about["functions"]
@@ -148,8 +139,8 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: Mapping[st
     if about.get("surroundings"):
         model.scene_forests_ = rebuilt_scene_forests(about, arrays, len(model.radii) * len(model.quantities))
     if not isinstance(model, FileModel):
-        model.profiles_, model.copy_groups_ = profiles_in(model, arrays), copy_groups_in(model, arrays)
-        model.forests_ = forests_in(model, arrays)
+        for name, unpack in UNPACKED.items():
+            setattr(model, name, unpack(model, arrays))
 
 
 def fill_early(model: ProfileModel, early: ProfileModel, about: dict[str, Any], arrays: Mapping[str, np.ndarray]):

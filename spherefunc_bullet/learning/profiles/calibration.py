@@ -17,10 +17,7 @@ FOLDS = 3  # of the cross-validation that gives the held-out votes
 VOTE_MARGIN = 0.01  # votes nearer to 0 or 1 count as unanimous: a forest of 300 trees cannot distinguish them
 STIFFNESS = 3.0  # nats, penalty of an e-fold change of slope or odds; chosen by log loss over training sizes
 LOWEST_LOG_ODDS = -700.0  # below this the exponential overflows a float
-UNCERTAIN_MARGIN, WIDEST_MARGIN = (
-    0.1,
-    0.4,
-)  # score difference to the threshold that is unsure: at least, at most
+UNCERTAIN_MARGIN, WIDEST_MARGIN = 0.1, 0.4  # score difference to the threshold that is unsure: at least, at most
 ALLOWED_ERROR = 0.003  # share of answers that may be wrong and sure, on either side; about a tenth is then unsure
 ScoreRange = tuple[float, float]  # lowest and highest score
 DEFAULT_UNSURE_RANGE: ScoreRange = (0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN)
@@ -89,10 +86,10 @@ def fit_weighted(
 def held_out_votes(
     estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups, random_state: int
 ) -> np.ndarray:
-    """Return the votes (N,) for training objects of classifiers fitted without the object and its copies.
+    """Return a vote (N,) for each training object, from a classifier fitted without the object and its copies.
 
-    Where sources are known, nothing of the same source is learnt; an object of unknown source is always learnt and gets
-    no vote (NaN).
+    If sources are known, the classifier is fitted without all objects of the same source; an object of unknown source
+    always takes part in the fit and gets no vote (NaN).
 
     Parameters
     ----------
@@ -111,7 +108,7 @@ def held_out_votes(
 
 
 def held_out_splits(members: np.ndarray, copy_groups: CopyGroups, random_state: int) -> Iterable[Sequence[np.ndarray]]:
-    """Return indices of training and held-out objects: each source in turn, else folds that separate no copies."""
+    """Return indices of training and held-out objects: one source after another, else folds that separate no copies."""
     if copy_groups.has_sources:
         sources = copy_groups.sources
         held_out = [sources == source for source in np.unique(sources[sources >= 0])]
@@ -137,13 +134,12 @@ def unsure_range(scores: np.ndarray, members: np.ndarray, weights: np.ndarray | 
     weights = np.ones(len(scores)) if weights is None else weights / weights.mean()
     low = score_at_weight(scores[members], weights[members], ALLOWED_ERROR * len(scores))
     high = -score_at_weight(-scores[~members], weights[~members], ALLOWED_ERROR * len(scores))
-    return float(np.clip(low, 0.5 - WIDEST_MARGIN, 0.5 - UNCERTAIN_MARGIN)), float(
-        np.clip(high, 0.5 + UNCERTAIN_MARGIN, 0.5 + WIDEST_MARGIN)
-    )
+    low = np.clip(low, 0.5 - WIDEST_MARGIN, 0.5 - UNCERTAIN_MARGIN)
+    return float(low), float(np.clip(high, 0.5 + UNCERTAIN_MARGIN, 0.5 + WIDEST_MARGIN))
 
 
 def score_at_weight(scores: np.ndarray, weights: np.ndarray, allowed: float) -> float:
-    """Return the lowest of the scores (N,) up to which the weights (N,) sum to more than allowed; else infinity."""
+    """Return the lowest score of (N,) up to which the weights (N,) sum to more than allowed; infinity if none does."""
     order = np.argsort(scores, kind="stable")
     index = np.searchsorted(np.cumsum(weights[order]), allowed, side="right")
     return float(np.append(scores[order], np.inf)[index])
@@ -185,7 +181,7 @@ def log_odds(votes: np.ndarray) -> np.ndarray:
 
 
 def logit(share: float) -> float:
-    """Return the log odds of a share, bit for bit as `scipy.special.logit`, also near 0.5."""
+    """Return the log odds of a share, bit for bit equal to `scipy.special.logit`, also near 0.5."""
     if 0.3 <= share <= 0.65:
         return math.log1p(2 * (share - 0.5)) - math.log1p(-2 * (share - 0.5))
     return math.log(share / (1 - share))

@@ -1,8 +1,8 @@
-"""Settled spheres seen from above, by which neighbours each has: nothing here depends on heading or place.
+"""Columns of settled spheres, independent of the heading and the place of the object.
 
-There is no grid. A column is what stands over and under one sphere, and a length across the ground is that of a
-convex outline, so that turning or moving the object changes no more than the last digits. What
-stands on a table are parts of its cloud that rise from its level, separated by gaps.
+There is no grid. A column is all spheres above and below one sphere, and lengths across the ground are those of a
+convex outline, so that turning or moving the object changes no more than the last digits. Objects on a table are parts
+of its cloud that rise from its level, separated by gaps.
 """
 
 from __future__ import annotations
@@ -12,42 +12,40 @@ from functools import cached_property
 
 import numpy as np
 
-from spherefunc_bullet.clouds.outline import well_within
-
 from ...clouds.cloud import Cloud
+from ...clouds.outline import well_within
 from ...settling.drops import DropsByRadius
 
-_MANY = 60  # points: of fewer, those within the others are not worth finding
-OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
+_MANY = 60  # points; with fewer, it is not worth finding those within the others
+OVERLAP = 1.5  # radii: spheres whose axes are nearer are above one another; side by side they are two radii apart
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outline:
-    """The convex outline of spheres on the ground, their own width included."""
+    """The convex outline of spheres on the ground, including their own width."""
 
     corners: np.ndarray  # (H, 2) float, counterclockwise, metres, of the centres
     radius: float  # of the spheres, metres
 
     @cached_property
     def area(self) -> float:
-        """Square metres."""
-        edges = edges_of(self.corners)
-        perimeter = float(np.hypot(*edges.T).sum())
+        """The area within the outline, square metres."""
+        perimeter = float(np.hypot(*edges_of(self.corners).T).sum())
         return enclosed_area(self.corners) + perimeter * self.radius + np.pi * self.radius**2
 
     @cached_property
     def width(self) -> float:
-        """The narrowest gap between two parallel lines that holds all, metres."""
+        """The smallest distance between two parallel lines with all spheres between them, metres."""
         return float(self.depths(self.corners).max(axis=1).min()) + 2 * self.radius
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """Return how far points (N, 2) lie inside of the outline of the centres (N,), metres; below 0 outside."""
+        """Return how far points (N, 2) are inside the outline of the centres (N,), metres; negative outside."""
         if len(self.corners) < 3:
             return np.full(len(points), -np.inf)
         return self.depths(points).min(axis=0)
 
     def depths(self, points: np.ndarray) -> np.ndarray:
-        """Return how far points (N, 2) lie inside of each side of the outline (H, N), metres."""
+        """Return how far points (N, 2) are inside each side of the outline (H, N), metres."""
         if len(self.corners) < 2:
             return np.zeros((len(self.corners), len(points)))
         edges = edges_of(self.corners)
@@ -56,7 +54,7 @@ class Outline:
 
 
 def outline_of(points: np.ndarray, radius: float) -> Outline:
-    """Return the convex outline of centres (N, 2), metres, of which there is at least one."""
+    """Return the convex outline of at least one centre (N, 2), metres."""
     outer = points if len(points) < _MANY else points[~well_within(points)]
     ordered = outer[np.lexsort((outer[:, 1], outer[:, 0]))]
     ordered = ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
@@ -67,9 +65,9 @@ def outline_of(points: np.ndarray, radius: float) -> Outline:
 
 
 def half_hull(ordered: np.ndarray) -> list[int]:
-    """Return which corners are on the right of the way through ordered points (N, 2) (Andrew, 1979).
+    """Return the indices of the points on one half of the convex hull of ordered points (N, 2) (Andrew, 1979).
 
-    Numbers of Python's own: for a few hundred points that is quicker than it is to load a compiled kernel.
+    In plain Python: for a few hundred points that takes less time than loading a compiled kernel.
     """
     x, y = ordered.T.tolist()
     chain: list[int] = []
@@ -97,39 +95,39 @@ def enclosed_area(corners: np.ndarray) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SphereColumns:
-    """Spheres, and what stands over and under each."""
+    """Spheres, and the column in which each of them is."""
 
     centers: np.ndarray  # (S, 3) float, metres
     radius: float  # metres
-    weights: np.ndarray  # (S,) float: how much of a column each sphere is, so that they sum to the columns
-    tops: np.ndarray  # (S,) float, centre of the highest sphere of its column, metres
-    bottoms: np.ndarray  # (S,) float, that of the lowest, metres
+    weights: np.ndarray  # (S,) float, share of its column that each sphere is; they sum to the number of columns
+    tops: np.ndarray  # (S,) float, height of the centre of the highest sphere in the column, metres
+    bottoms: np.ndarray  # (S,) float, height of the centre of the lowest sphere, metres
 
     def __len__(self) -> int:
         return len(self.centers)
 
     @property
     def depths(self) -> np.ndarray:
-        """How deep spheres lie in each column (S,), metres; one diameter for one layer."""
+        """The depth of spheres in each column (S,), metres; one diameter for one layer."""
         return self.tops - self.bottoms + 2 * self.radius
 
     def kept(self, which: np.ndarray) -> SphereColumns:
-        """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
+        """Return the columns of some spheres (S,) bool; the same object for all of them, as its outline is cached."""
         if which.all():
             return self
         arrays = {name: getattr(self, name)[which] for name in ("centers", "weights", "tops", "bottoms")}
         return SphereColumns(**arrays, radius=self.radius)
 
     def mean(self, values: np.ndarray) -> float:
-        """Return the mean over columns of what spheres have (S,)."""
-        return float((values * self.weights).sum() / self.weights.sum())  # as np.average, which asks more first
+        """Return the mean of values (S,) over columns."""
+        return float((values * self.weights).sum() / self.weights.sum())  # np.average without its checks
 
     def spread(self, values: np.ndarray) -> float:
-        """Return the standard deviation over columns of what spheres have (S,)."""
+        """Return the standard deviation of values (S,) over columns."""
         return float(np.sqrt(max(self.mean(values**2) - self.mean(values) ** 2, 0.0)))
 
     def quantiles(self, values: np.ndarray, shares: tuple[float, ...]) -> list[float]:
-        """Return the values (S,) below which these shares of the columns lie."""
+        """Return the quantiles of values (S,) over columns, at these shares."""
         order = np.argsort(values, kind="stable")
         below = np.cumsum(self.weights[order])
         at = np.searchsorted(below, np.array(shares) * below[-1] * (1 - 1e-9))
@@ -137,12 +135,12 @@ class SphereColumns:
 
     @cached_property
     def outline(self) -> Outline:
-        """Their convex outline on the ground."""
+        """The convex outline of the spheres on the ground."""
         return outline_of(self.centers[:, :2], self.radius)
 
 
 def columns_of(centers: np.ndarray, radius: float) -> SphereColumns:
-    """Return the columns of settled spheres (S, 3), metres, of which there is at least one."""
+    """Return the columns of at least one settled sphere (S, 3), metres."""
     z = centers[:, 2]
     tops, bottoms, neighbours = z.copy(), z.copy(), np.ones(len(z))
     first, second = near_pairs(centers[:, :2], OVERLAP * radius)
@@ -154,9 +152,10 @@ def columns_of(centers: np.ndarray, radius: float) -> SphereColumns:
 
 
 def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of all pairs of points (N, D) that are at most so far apart, metres.
+    """Return the indices of all pairs of points (N, D) within a distance, metres.
 
-    Those are looked at whose first coordinates are as near: of the hundreds of spheres on an object, few.
+    Only pairs whose first coordinates are that near are compared, which are few for the hundreds of spheres on an
+    object.
     """
     order = np.argsort(points[:, 0], kind="stable")
     along = points[order, 0]
@@ -171,9 +170,9 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
 
 
 def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return which piece each of this many objects belongs to (N,), from 0, where pairs of them are linked.
+    """Return the number (N,), from 0, of the connected component of each of ``count`` items, given linked pairs.
 
-    Everything takes the lowest number that it is linked to until nothing changes.
+    Each item takes the lowest number that it is linked to until nothing changes.
     """
     lowest = np.arange(count)
     while True:
@@ -187,7 +186,7 @@ def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def fullest_level(columns: SphereColumns) -> tuple[float, SphereColumns]:
-    """Return the height of the centres that most columns begin at, within one radius either way, and its columns."""
+    """Return the height at which most columns begin, within one radius, and these columns."""
     order = np.argsort(columns.bottoms, kind="stable")
     heights, total = columns.bottoms[order], np.concatenate([[0], np.cumsum(columns.weights[order])])
     low = np.searchsorted(heights, heights - columns.radius * (1 + 1e-9))
@@ -204,26 +203,27 @@ def largest_piece(level: SphereColumns) -> SphereColumns:
     Few spheres on a large plate do not touch, so spheres are linked up to twice their mean spacing.
     """
     spacing = np.sqrt(level.outline.area / len(level))
-    first, second = near_pairs(level.centers[:, :2], 2 * max(spacing, 1.5 * level.radius))
-    pieces = pieces_of(len(level), first, second)
+    links = near_pairs(level.centers[:, :2], 2 * max(spacing, 1.5 * level.radius))
+    pieces = pieces_of(len(level), *links)
     carried = np.round(np.bincount(pieces, level.weights), 9)
     equal = np.flatnonzero(carried == carried.max())
-    # Of equal pieces the wider one, whatever order they came in.
+    # Of equal pieces the one with the largest area, whatever their order.
     return max((level.kept(pieces == piece) for piece in equal), key=lambda piece: piece.outline.area)
 
 
-CELL = 0.02  # metres: the side of the squares in which parts are separated
-LEAST = 0.012  # metres above the level: what is no higher is of the level
-SCATTERS = 4.0  # standard deviations of a sensor above the level: what is no higher is noise
-NEAR = 0.01  # metres from the level: of these points the scatter is read
-COMPANY = 4  # points about half a cell apart that one of a surface has near it at least
-LARGEST = 0.3  # of the level's area: what is larger is a part of the furniture
-SPARED = 0.02  # metres inside the level's outline: what stands along its edge is a rim or a wall
+CELL = 0.02  # metres, side of the squares in which parts are separated
+LEAST = 0.012  # metres above the level; points below belong to the level
+SCATTERS = 4.0  # standard deviations of the sensor above the level; points below are noise
+NEAR = 0.01  # metres from the level, within which the scatter of points is measured
+COMPANY = 4  # least number of neighbours, about half a cell apart, of a point on a surface
+LARGEST = 0.3  # share of the level's area; larger parts belong to the furniture
+SPARED = 0.02  # metres inside the level's outline; objects nearer to it are a rim or a wall
 
 
 def objects_on_table(cloud: Cloud, drops: DropsByRadius) -> int:
     """Return how many objects stand on the level that carries most of the spheres that settled."""
-    radius, centers = max(((radius, one.rests) for radius, one in drops.items()), key=lambda one: len(one[1]))
+    radius = max(drops, key=lambda radius: len(drops[radius].rests))
+    centers = drops[radius].rests
     if len(centers) < 3:
         return 0
     height, level = fullest_level(columns_of(np.asarray(centers, float), radius))
@@ -232,9 +232,8 @@ def objects_on_table(cloud: Cloud, drops: DropsByRadius) -> int:
     points = points[piece.outline.inside(points[:, :2]) > SPARED]
     heights = points[:, 2] - (height - radius)
     above = points[heights > max(LEAST, SCATTERS * scatter_of(heights))]
-    others = np.bincount(np.concatenate(near_pairs(above, 1.25 * CELL)), minlength=len(above))
-    not_stray = others >= COMPANY
-    return count_parts(above[not_stray, :2], LARGEST * piece.outline.area)
+    neighbours = np.bincount(np.concatenate(near_pairs(above, 1.25 * CELL)), minlength=len(above))
+    return count_parts(above[neighbours >= COMPANY, :2], LARGEST * piece.outline.area)
 
 
 def scatter_of(heights: np.ndarray) -> float:
@@ -244,7 +243,7 @@ def scatter_of(heights: np.ndarray) -> float:
 
 
 def count_parts(places: np.ndarray, largest: float) -> int:
-    """Return in how many parts places (N, 2) fall, of no more than this many square metres each."""
+    """Return the number of connected parts of places (N, 2) that are no larger than this, square metres."""
     if not len(places):
         return 0
     cells = np.unique(np.floor(places / CELL), axis=0)

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError
+from .calibration import Calibration, calibrated
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
-
-from .calibration import Calibration, calibrated
-
 LEAF = -1  # in place of a feature
+SCENES = "scenes_"  # prefix of the arrays of scene forests
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,9 +51,8 @@ class Forest:
         return dict(vars(self))
 
     def require_whole(self, quantities: int):
-        """Raise InputError if these are not trees over this number of quantities, as after a file was tampered with."""
-        count = len(self.feature)
-        inner = np.flatnonzero(self.feature != LEAF)
+        """Raise InputError if the arrays are not trees over this number of quantities, as in a forged file."""
+        count, inner = len(self.feature), np.flatnonzero(self.feature != LEAF)
         lengths = {len(values) for values in (self.feature, self.threshold, self.below, self.vote)}
         whole = (
             lengths == {count}
@@ -101,20 +99,16 @@ class ForestBatch:
 def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     """Return several forests as one batch."""
     starts = np.cumsum([0, *(len(forest.feature) for forest in forests)])[:-1].astype(np.int32)
-    feature, threshold, vote = (
-        np.concatenate([getattr(forest, name) for forest in forests]) for name in ("feature", "threshold", "vote")
+    nodes = {
+        name: np.concatenate([getattr(each, name) for each in forests]) for name in ("feature", "threshold", "vote")
+    }
+    roots, below = (
+        np.concatenate([getattr(forest, name) + start for forest, start in zip(forests, starts, strict=True)])
+        for name in ("roots", "below")
     )
-    below = np.concatenate([forest.below + start for forest, start in zip(forests, starts, strict=True)])
-    leaf = np.flatnonzero(feature == LEAF)
-    feature[leaf], threshold[leaf], below[leaf] = 0, np.inf, leaf
-    return ForestBatch(
-        sizes=tuple(len(forest.roots) for forest in forests),
-        roots=np.concatenate([forest.roots + start for forest, start in zip(forests, starts, strict=True)]),
-        feature=feature,
-        threshold=threshold,
-        below=below,
-        vote=vote,
-    )
+    leaf = np.flatnonzero(nodes["feature"] == LEAF)
+    nodes["feature"][leaf], nodes["threshold"][leaf], below[leaf] = 0, np.inf, leaf
+    return ForestBatch(sizes=tuple(len(forest.roots) for forest in forests), roots=roots, below=below, **nodes)
 
 
 def forest_from_sklearn(fitted: ExtraTreesClassifier) -> Forest:
@@ -132,8 +126,10 @@ def forest_arrays(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
     """Return the arrays of forests by name and index; without ``below`` where it follows from the others."""
     joined = {}
     for index, forest in enumerate(forests):
-        arrays = {} if forest is None else forest.arrays()
-        if forest is not None and np.array_equal(forest.below, below_in_pairs(forest.roots, forest.feature)):
+        if forest is None:
+            continue
+        arrays = forest.arrays()
+        if np.array_equal(forest.below, below_in_pairs(forest.roots, forest.feature)):
             del arrays["below"]
         joined |= {f"{name}_{index}": values for name, values in arrays.items()}
     return joined
@@ -183,9 +179,6 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
     }
 
 
-SCENES = "scenes_"  # begins the names of arrays
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneForests:
     """A forest for each function, over the quantities of an object followed by those of its surroundings."""
@@ -199,12 +192,7 @@ class SceneForests:
         if not len(profiles):
             return np.zeros((0, len(self.forests)))
         votes = forest_batch(self.forests).votes(np.hstack([profiles, surroundings]))
-        return np.column_stack(
-            [
-                calibrated(mean_votes, calibration)
-                for mean_votes, calibration in zip(votes, self.calibrations, strict=True)
-            ]
-        )
+        return np.column_stack([calibrated(*pair) for pair in zip(votes, self.calibrations, strict=True)])
 
     def only(self, column: int) -> SceneForests:
         """Return the forest of one function only."""

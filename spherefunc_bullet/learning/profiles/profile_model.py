@@ -54,7 +54,7 @@ class ProfileModel(FunctionModel):
 
     Attributes
     ----------
-    functions_, forests_, lines_, radius_, profiles_, members_, names_, copy_groups_, familiar_
+    functions_, forests_, calibrations_, radius_, profiles_, members_, names_, copy_groups_, familiar_distance_
         See `FunctionClassifier`.
     early_ : ProfileModel or None
         The model of the first drops on the same objects; it answers where it is sure.
@@ -111,7 +111,7 @@ class ProfileModel(FunctionModel):
     def scene_memberships(
         self, settled: Sequence[DropsByRadius], surroundings: np.ndarray
     ) -> list[dict[str, Membership]]:
-        """Return what objects of a scan are for by what surrounds them (N, S) as well, see `scene_forests_`."""
+        """Return the memberships of objects of a scan, also from their surroundings (N, S); see `scene_forests_`."""
         return self.memberships_by(self.scene_forests_.scores(self.profiles(settled), surroundings))
 
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:

@@ -1,8 +1,8 @@
-"""The resting profile: what becomes of drops, as quantities that a person would name.
+"""The resting profile: quantities of the drops that a person would name.
 
-Cubes say where spheres lie, so they change when an object turns, moves or grows. A table is a table because a level
-at hip height carries most of what settles, one sphere deep, and lets nothing through, whatever its heading and place;
-these are the quantities here.
+Cubes depend on where spheres lie, so they change when an object turns, moves or grows. A table is a table because a
+level at hip height carries most of the settled spheres, one sphere deep, and lets nothing through, whatever its heading
+and place. The quantities here measure that.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ import numpy as np
 from ...settling.drops import NO_DROPS, Drops, DropsByRadius
 from .columns import SphereColumns, columns_of, fullest_level, largest_piece, near_pairs
 
-TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
-_BLOCK = 32  # rows whose distances are computed at once
+TOUCHING = 2.1  # radii between centres: 2, and 2 % of overlap or gap on either side
+_BLOCK = 32  # rows whose distances are computed at once: all at once would fill the memory
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
-MANY_ENOUGH = 6  # spheres that a plane is laid through
-GAP, REACH = 0.01, 0.15  # metres: what counts as a gap, and how far below a sphere smaller ones are looked for
+MANY_ENOUGH = 6  # least number of spheres through which a plane is fitted
+GAP, REACH = 0.01, 0.15  # metres: least height of a gap, and how far below a sphere smaller ones are looked for
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What one column of the profile is."""
+    """One quantity of the profile."""
 
     name: str
     unit: str  # m, m2, degrees, share, spheres, radii or ratio
-    meaning: str  # as it can stand in a sentence
+    meaning: str  # in words that fit into a sentence
 
 
 QUANTITIES = (
@@ -63,7 +63,8 @@ QUANTITIES = (
     Quantity("middle_gap", "m", "median gap under spheres into which smaller ones go"),
     Quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
 )
-NAMES = tuple(quantity.name for quantity in QUANTITIES)
+QUANTITY = {quantity.name: quantity for quantity in QUANTITIES}
+NAMES = tuple(QUANTITY)
 Profile = dict[str, float]
 
 
@@ -99,29 +100,23 @@ def profile_of(drops: Drops, radius: float, smaller: Drops | None = None) -> Pro
 
 
 def walled_in(drops: Drops) -> float:
-    """Return the share of the spheres that were looked at which have the object on every side; NaN where none was."""
+    """Return the share of the examined spheres that have the object on every side; NaN if none was examined."""
     looked = np.asarray(drops.walled_in, float)
     looked = looked[~np.isnan(looked)]
     return float(looked.mean()) if len(looked) else np.nan
 
 
 def whole(columns: SphereColumns) -> Profile:
-    """Return how far the spheres reach across the ground and where columns begin and end, at a sphere's own ends."""
-    begin, end = columns.bottoms - columns.radius, columns.tops + columns.radius
-    middle_bottom, high_bottom = columns.quantiles(begin, (0.5, 0.9))
-    middle_top, high_top = columns.quantiles(end, (0.5, 0.9))
-    return {
-        "area": columns.outline.area,
-        "width": columns.outline.width,
-        "middle_bottom": middle_bottom,
-        "high_bottom": high_bottom,
-        "middle_top": middle_top,
-        "high_top": high_top,
-    }
+    """Return the extent of the spheres on the ground, and the heights at which columns begin and end."""
+    profile = {"area": columns.outline.area, "width": columns.outline.width}
+    ends = {"bottom": columns.bottoms - columns.radius, "top": columns.tops + columns.radius}
+    for end, heights in ends.items():
+        profile[f"middle_{end}"], profile[f"high_{end}"] = columns.quantiles(heights, (0.5, 0.9))
+    return profile
 
 
 def pile(columns: SphereColumns) -> Profile:
-    """Return how deep the spheres lie, in the middle and along the outline, and what they rest on."""
+    """Return the depth of the spheres, overall and along the outline, and how many rest on other spheres."""
     inside = columns.outline.depths(columns.centers[:, :2]).min(axis=0)
     rim = columns.kept(inside <= RIM * columns.radius)
     return {
@@ -132,7 +127,7 @@ def pile(columns: SphereColumns) -> Profile:
 
 
 def on_spheres(centers: np.ndarray, radius: float) -> np.ndarray:
-    """Return which spheres (S, 3), metres, touch one lower by half a radius, (S,) bool."""
+    """Return which spheres (S, 3), metres, touch one that is at least half a radius lower, (S,) bool."""
     first, second = near_pairs(centers, TOUCHING * radius)
     rise = centers[first, 2] - centers[second, 2]
     resting = np.where(rise > 0, first, second)[np.abs(rise) > 0.5 * radius]
@@ -140,7 +135,7 @@ def on_spheres(centers: np.ndarray, radius: float) -> np.ndarray:
 
 
 def gaps(columns: SphereColumns, smaller: Drops | None) -> Profile:
-    """Return how far spheres that rest on the object hang over smaller ones that lie beneath them.
+    """Return the height of the gaps between spheres that rest on the object and smaller ones beneath them.
 
     A seat carries large spheres where it carries small ones; spikes carry the large ones only.
     """
@@ -150,20 +145,15 @@ def gaps(columns: SphereColumns, smaller: Drops | None) -> Profile:
         small = np.asarray(smaller.rests, float)
         beneath = ((large[:, None, :2] - small[None, :, :2]) ** 2).sum(axis=2) <= columns.radius**2
         hung = (large[:, 2] - columns.radius)[:, None] - (small[:, 2] - smaller.radius)
-        beneath &= (hung > -GAP / 2) & (hung < REACH)  # a little higher ones lie beside it
+        beneath &= (hung > -GAP / 2) & (hung < REACH)  # spheres a little higher lie beside it
         lowest = np.where(beneath, hung, -np.inf).max(axis=1)
         lowest = lowest[np.isfinite(lowest)]
-    if not len(lowest):
-        return {"gap": 0.0, "middle_gap": 0.0, "over_gaps": 0.0}
-    return {
-        "gap": float(lowest.mean()),
-        "middle_gap": float(np.median(lowest)),
-        "over_gaps": float((lowest > GAP).mean()),
-    }
+    gap, middle, over = (lowest.mean(), np.median(lowest), (lowest > GAP).mean()) if len(lowest) else (0.0, 0.0, 0.0)
+    return {"gap": float(gap), "middle_gap": float(middle), "over_gaps": float(over)}
 
 
 def carrying_level(columns: SphereColumns, height: float, level: SphereColumns, piece: SphereColumns) -> Profile:
-    """Return what the level is like that carries most columns, and its largest connected piece."""
+    """Return the quantities of the level that carries most columns, and of its largest connected piece."""
     carried = float(level.weights.sum())
     low, high = piece.quantiles(piece.bottoms, (0.1, 0.9))
     tilt, roughness = evenness(piece)
@@ -183,7 +173,7 @@ def carrying_level(columns: SphereColumns, height: float, level: SphereColumns, 
 
 
 def evenness(piece: SphereColumns) -> tuple[float, float]:
-    """Return the slope of the plane through what rests on a level, degrees, and the median distance from it, metres."""
+    """Return the slope of the plane through the spheres on a level, degrees, and their median distance, metres."""
     if len(piece) < MANY_ENOUGH:
         return 0.0, 0.0
     across = np.column_stack([piece.centers[:, :2] - piece.centers[:, :2].mean(axis=0), np.ones(len(piece))])
@@ -194,9 +184,9 @@ def evenness(piece: SphereColumns) -> tuple[float, float]:
 
 
 def staying(drops: Drops, columns: SphereColumns, piece: SphereColumns) -> Profile:
-    """Return the share of the drops that stay, where the object might have held them, and how far they rolled.
+    """Return the share of the drops over the object that stay, and how far they rolled.
 
-    A cup lets spheres go as soon as it is full, so shares are also counted up to where half of all have settled.
+    A full cup holds no more spheres, so shares are also counted until half of all settled spheres have settled.
     """
     settled, places = drops.settled, np.asarray(drops.places, float)
     inside = columns.outline.inside(places)
@@ -217,7 +207,7 @@ def share(settled: np.ndarray, which: np.ndarray) -> float:
 
 
 class Ranks:
-    """Training objects' quantities (N, D) as ranks, shares that have less of each: metres and shares count alike."""
+    """Quantities (N, D) of training objects as ranks from 0 to 1, so that metres and shares count equally."""
 
     def __init__(self, learnt: np.ndarray):
         self.learnt = learnt
@@ -228,19 +218,15 @@ class Ranks:
         np.put_along_axis(self.ranks, order.T, ranks_among(self.ordered, self.ordered.T), axis=0)
 
     def distances(self, queries: np.ndarray) -> np.ndarray:
-        """Return distances (A, N) of objects by their quantities (A, D) from the training objects."""
+        """Return the distances (A, N) from objects, given as quantities (A, D), to the training objects."""
         rows = ranks_among(self.ordered, queries)
-        parts = [np.abs(some[:, None] - self.ranks[None]).mean(axis=2) for some in blocks_of(rows)]
-        return np.vstack(parts) if parts else np.empty((0, len(self.learnt)))
-
-
-def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
-    """Return rows (A, D) in blocks: thousands of training objects at once would fill the memory."""
-    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
+        blocks = [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
+        parts = [np.abs(block[:, None] - self.ranks[None]).mean(axis=2) for block in blocks]
+        return np.vstack([*parts, np.empty((0, len(self.learnt)))])
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the ranks (A, D) of quantities (A, D) among sorted ones (D, N), 0 to 1; of equal ones the middle."""
+    """Return the ranks (A, D) of quantities (A, D) among sorted ones (D, N), 0 to 1; equal ones get the mean rank."""
     places = [
         learnt.searchsorted(queried, "left") + learnt.searchsorted(queried, "right")
         for learnt, queried in zip(ordered, rows.T, strict=True)

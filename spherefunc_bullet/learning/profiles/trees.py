@@ -39,12 +39,7 @@ class PlainForest(ExtraTreesClassifier):
         return self
 
     def _tree(
-        self,
-        chance: np.random.RandomState,
-        seed: int,
-        X: np.ndarray,
-        places: np.ndarray,
-        weights: np.ndarray | None,
+        self, chance: np.random.RandomState, seed: int, X: np.ndarray, places: np.ndarray, weights: np.ndarray | None
     ) -> Any:
         """Return one fitted tree of scikit-learn."""
         from sklearn.tree import _criterion, _splitter, _tree

@@ -5,7 +5,6 @@ For a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm dee
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,11 @@ import numpy as np
 from ...formats.units import format_length
 from ...function_model import THRESHOLD, Reading
 from ...settling.drops import settled_count
-from .quantities import QUANTITIES, Profile, Quantity
+from .quantities import QUANTITY, Profile
 
 DECIDING = 4  # number of quantities that are named
 LEAST_GAIN = 0.05  # of a score: a quantity that would raise it by less does not explain why it is low
 NEAREST = 3  # number of training objects that are named
-
-
 Row = dict[str, Any]  # ready for JSON
 
 
@@ -40,11 +37,12 @@ def contact_sentence(reading: Reading, name: str) -> str:
     radius = most_important_radius(reading, name)
     if radius is None:
         return "no sphere stays on it"
-    profile = profile_at(reading, radius)
+    names = reading.model.quantities
+    start = list(reading.model.radii).index(radius) * len(names)
+    profile = dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
     walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
     count = settled_count(reading.drops, radius)
-    spheres = f"{count} spheres" if count > 1 else "one sphere"
-    lie = "lie" if count > 1 else "lies"
+    spheres, lie = (f"{count} spheres", "lie") if count > 1 else ("one sphere", "lies")
     return (
         f"a level {text_of(profile, 'level_height')} above the ground, {text_of(profile, 'level_area')} large and "
         f"{text_of(profile, 'level_width')} wide{walls}, on which {spheres} of radius {format_length(radius)} {lie} "
@@ -53,17 +51,19 @@ def contact_sentence(reading: Reading, name: str) -> str:
 
 
 def most_important_radius(reading: Reading, name: str) -> float | None:
-    """Return the radius that counts most for a function, of those with settled spheres; None where none settled."""
+    """Return the radius that counts most for a function, of those with settled spheres; None if none settled."""
     radii = [radius for radius in reading.model.radii if settled_count(reading.drops, radius)]
     if not radii:
         return None
-    return reading.model.radius_[name] if reading.model.radius_[name] in radii else radii[-1]
+    chosen = reading.model.radius_[name]
+    return chosen if chosen in radii else radii[-1]
 
 
 def counter_evidence(reading: Reading, name: str) -> str:
-    """Return which quantity speaks most against a function: that which would raise its score most.
+    """Return the quantity that speaks most against a function, as a clause; empty if none does.
 
-    Each quantity is set, at all radii, to the median of the training objects that have the function.
+    Each quantity in turn is set, at all radii, to the median of the training objects that have the function; the one
+    that raises the score most is named.
     """
     radius = most_important_radius(reading, name)
     if radius is None:
@@ -81,8 +81,8 @@ def counter_evidence(reading: Reading, name: str) -> str:
     best = int(gains.argmax())
     if gains[best] < LEAST_GAIN:
         return ""
-    quantity, start = quantity_of(model.quantities, best), count * list(model.radii).index(radius)
-    value, median = (with_unit(float(row[start + best]), quantity.unit) for row in (profile, medians))
+    quantity, at = QUANTITY[model.quantities[best]], count * list(model.radii).index(radius) + best
+    value, median = (with_unit(float(row[at]), quantity.unit) for row in (profile, medians))
     return f"; what speaks most against it: {quantity.meaning}, {value} instead of {median}"
 
 
@@ -98,12 +98,13 @@ def deciding_quantities(reading: Reading, name: str, count: int = DECIDING) -> l
     np.fill_diagonal(changed, medians)
     scores = model.score_profiles(np.vstack([profile, changed]))[:, column]
     shares = scores[0] - scores[1:]
+    columns = [(radius, quantity) for radius in model.radii for quantity in model.quantities]
     order = np.argsort(-np.abs(shares), kind="stable")[:count]
     return [
         {
-            "quantity": quantity_of(model.quantities, i).name,
-            "meaning": quantity_of(model.quantities, i).meaning,
-            "radius": model.radii[i // len(model.quantities)],
+            "quantity": columns[i][1],
+            "meaning": QUANTITY[columns[i][1]].meaning,
+            "radius": columns[i][0],
             "value": round(float(profile[i]), 4),
             "median": round(float(medians[i]), 4),
             "share": round(float(shares[i]), 4),
@@ -131,33 +132,15 @@ def nearest(reading: Reading, count: int = NEAREST) -> list[Row]:
     ]
 
 
-def profile_at(reading: Reading, radius: float) -> Profile:
-    """Return the quantities of an object at one radius, by name."""
-    names = reading.model.quantities
-    start = list(reading.model.radii).index(radius) * len(names)
-    return dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
-
-
-def quantity_of(names: Sequence[str], column: int) -> Quantity:
-    """Return the quantity in a column of profiles that have quantities of these names at each radius."""
-    name = names[column % len(names)]
-    return next(quantity for quantity in QUANTITIES if quantity.name == name)
-
-
 def text_of(profile: Profile, name: str) -> str:
     """Return the value of a quantity with its unit."""
-    return with_unit(profile[name], unit_of(name))
+    return with_unit(profile[name], QUANTITY[name].unit)
 
 
 def table_cells(decided: Row) -> list[str]:
     """Return a deciding quantity as table cells: meaning, radius, value, median, change of the score without it."""
-    values = (with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median"))
+    values = (with_unit(decided[key], QUANTITY[decided["quantity"]].unit) for key in ("value", "median"))
     return [decided["meaning"], format_length(decided["radius"]), *values, f"{-decided['share']:+.2f}"]
-
-
-def unit_of(name: str) -> str:
-    """Return the unit of a quantity."""
-    return next(quantity.unit for quantity in QUANTITIES if quantity.name == name)
 
 
 def with_unit(value: float, unit: str) -> str:

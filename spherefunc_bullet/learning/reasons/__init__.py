@@ -1,1 +1,1 @@
-"""Why an object is said to have a function or not: by quantities, in words, or by cubes of space."""
+"""Evidence for and against a function by cubes of space."""

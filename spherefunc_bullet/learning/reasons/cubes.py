@@ -9,7 +9,7 @@ from scipy import sparse
 
 from ...settling.drops import DropsByRadius
 from ..cube_classifier import CubeClassifier
-from ..histogram import Counts, CubeHistogram, counted_cubes, cube_indices
+from ..histogram import counted_cubes, cube_indices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,13 +25,13 @@ class Cubes:
 
 
 def cube_evidence(classifier: CubeClassifier, settled: DropsByRadius, name: str, radius: float) -> Cubes:
-    """Return the cubes that tell an object from its nearest training objects with and without a function.
+    """Return the cubes in which an object differs from its nearest training objects with and without a function.
 
-    A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared.
-    So a cube speaks for the function by as much as it adds more to the mean squared distance to the nearest
-    others than to that of the nearest members, means with the weights that the neighbours have in the score. Over
-    all cubes this sums to the difference of the two mean squared distances, exactly. It does not sum to the score,
-    which takes the inverse of each distance before the mean.
+    A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared. A cube
+    speaks for the function by the difference between its part of the mean squared distance to the nearest others and
+    its part of that to the nearest members, both weighted as the neighbours are in the score. Over all cubes this sums
+    exactly to the difference of the two mean squared distances. It does not sum to the score, which takes the inverse
+    of each distance before the mean.
 
     Parameters
     ----------
@@ -45,32 +45,35 @@ def cube_evidence(classifier: CubeClassifier, settled: DropsByRadius, name: str,
     Returns
     -------
     Cubes
-        Those with spheres of the object or of a neighbour, with ``members``, ``others`` and ``speaks_for``. What
-        lies where no training object had a sphere speaks neither way.
+        Those with spheres of the object or of a neighbour, with ``members``, ``others`` and ``speaks_for``. Cubes in
+        which no training object had a sphere speak neither for nor against it.
     """
     histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
     here = histogram.transform([settled[radius].rests]).toarray()[0, :-1]
     distances = classifier.distances([settled], radius)[0]
     weights = classifier.neighbor_weights(distances, name)
-    members = classifier.members_[:, classifier.functions_.index(name)]
-    sides = [side_counts(examples, side_weights(weights, side, distances), here) for side in (members, ~members)]
+    has = classifier.members_[:, classifier.functions_.index(name)]
+    sides = [side_counts(examples, side_weights(weights, side, distances), here) for side in (has, ~has)]
     (inside, to_members), (outside, to_others) = sides
     speaks_for = to_others - to_members
     known = np.flatnonzero((here > 0) | (inside > 0) | (outside > 0))
-    keys, counts = unknown_cubes(settled[radius].rests, histogram)
-    nothing = np.zeros(len(keys))
+    keys, counts = counted_cubes(settled[radius].rests, histogram.side)
+    new = ~np.isin(keys, histogram.keys_)  # no training object had a sphere there
+    members, others, speaks_for = (
+        np.append(values[known], np.zeros(new.sum())) for values in (inside, outside, speaks_for)
+    )
     return Cubes(
         side=histogram.side,
-        corners=corners(np.concatenate([histogram.keys_[known], keys]), histogram.side),
-        counts=np.concatenate([here[known], counts]),
-        members=np.concatenate([inside[known], nothing]),
-        others=np.concatenate([outside[known], nothing]),
-        speaks_for=np.concatenate([speaks_for[known], nothing]),
+        corners=corners(np.append(histogram.keys_[known], keys[new]), histogram.side),
+        counts=np.append(here[known], counts[new]),
+        members=members,
+        others=others,
+        speaks_for=speaks_for,
     )
 
 
 def side_weights(weights: np.ndarray, side: np.ndarray, distances: np.ndarray) -> np.ndarray:
-    """Return one side's weights (N,); where the score has none of that side, its nearest stands for it."""
+    """Return the weights (N,) of one side; if the score uses none of that side, its nearest object gets weight 1."""
     weights_of_side = np.where(side, weights, 0.0)
     if side.any() and not weights_of_side.any():
         weights_of_side[np.flatnonzero(side)[np.argmin(distances[side])]] = 1.0
@@ -87,23 +90,16 @@ def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarr
     return shares @ counts, shares @ (here - counts) ** 2
 
 
-def unknown_cubes(centers: np.ndarray, histogram: CubeHistogram) -> Counts:
-    """Return the cubes in which no training object had a sphere, and the counts of settled centres (S, 3) there."""
-    keys, counts = counted_cubes(centers, histogram.side)
-    new = ~np.isin(keys, histogram.keys_)
-    return keys[new], counts[new]
-
-
 def corners(keys: np.ndarray, side: float) -> np.ndarray:
     """Return the lowest corners (V, 3) of cubes (V,) int64 in the object's frame, metres."""
     return (cube_indices(keys) + 0.5) * side + [-side / 2, -side / 2, 0.0] - side / 2
 
 
 def strongest_cubes(classifier: CubeClassifier, settled: DropsByRadius, name: str, count: int) -> list[dict]:
-    """Return the cubes that say most about a function, those for it and those against it, ready for JSON.
+    """Return the cubes that speak most for and against a function, ready for JSON.
 
-    Those of the radius that counts most, at most ``count`` of either side, the strongest first. ``share`` is a cube's
-    part of all that is said at that radius, for and against together; below 0 it speaks against.
+    They are of the radius that counts most, at most ``count`` for and ``count`` against, the strongest first. ``share``
+    is a cube's part of all evidence at that radius, for and against together; it is negative for cubes against it.
     """
     radius = classifier.radius_[name]
     cubes = cube_evidence(classifier, settled, name, radius)
