@@ -1,4 +1,4 @@
-"""``spherefunc backends``: which simulators there are."""
+"""``spherefunc backends``: list the installed simulators."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def backends(json: Json = False):
 
 
 def lines(row: dict[str, Any]) -> list[list[str]]:
-    """Return a backend's lines of the table, an option each."""
+    """Return the rows of a backend in the table, one for each option."""
     options = [[name, str(value)] for name, value in row["options"].items()] or [["", ""]]
     start = [row["name"], row["version"] or "not available"]
     return [(start if i == 0 else ["", ""]) + option for i, option in enumerate(options)]
 
 
 def description(name: str) -> dict[str, Any]:
-    """Return what is known of a backend, also of one that cannot be imported."""
+    """Return the version and options of a backend, or the error if it cannot be imported."""
     from ..simulator import make_simulator
 
     row = {"name": name, "available": False, "version": None, "options": {}, "error": None}

@@ -1,9 +1,9 @@
-"""``spherefunc batch``: a long headless run that loses nothing; and ``spherefunc batch merge``."""
+"""``spherefunc batch``: a long headless run that can be resumed, and ``spherefunc batch merge``."""
 
 from __future__ import annotations
 
 import time
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,23 +15,20 @@ from ..errors import InputError
 from . import options
 
 if TYPE_CHECKING:
-    from ..batch.batch import Batch, ObjectLimits
-    from ..batch.folder import RunFolder
-    from ..settling.cached_runs import DropConfig
+    from ..batch.batch import Batch
 
 INTERRUPTED = 130  # what shells expect after Ctrl-C
 
 
 class RunOrMerge(TyperGroup):
-    """Takes whatever is not ``merge`` as the arguments of a run."""
+    """A group whose default command is ``run``: all arguments that do not begin with ``merge`` are those of a run."""
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:
         return super().parse_args(ctx, args if args[:1] == ["merge"] else ["run", *args])
 
 
-app = typer.Typer(
-    cls=RunOrMerge, help="Simulate a data set; can be resumed, and survives crashes. `batch merge` joins runs."
-)
+HELP = "Simulate a data set; can be resumed, and survives crashes. `batch merge` joins runs."
+app = typer.Typer(cls=RunOrMerge, help=HELP)
 Run = Annotated[
     Path, typer.Option("--run", metavar="DIR", help="Folder of the run, for its ledger and settled spheres.")
 ]
@@ -78,48 +75,33 @@ def run(
         return
     if data is None:
         raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
-    from ..batch.batch import ObjectLimits
+    from ..batch.batch import Batch, ObjectLimits
+    from ..batch.folder import RunFolder
+    from ..datasets.dataset import open_dataset, parse_shard, shard_of
     from ..formats.units import parse_duration, parse_memory
 
     limits = ObjectLimits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(
-        data, folder, options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit), shard
-    )
-    with executor_for(scheduler, shared_path, batch.folder, limits) as work:
-        work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
-
-
-def executor_for(
-    scheduler: str | None, shared_path: bool, folder: RunFolder, limits: ObjectLimits
-) -> AbstractContextManager:
-    """Return a context with what does the work, None for this machine."""
-    if scheduler is None:
-        return nullcontext()
-    from ..batch.cluster import on_scheduler
-
-    return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
-
-
-def batch_of(data: str, folder: Path, how: DropConfig, shard: str | None) -> Batch:
-    """Return the batch of a data set, or of a shard of it."""
-    from ..batch.batch import Batch
-    from ..batch.folder import RunFolder
-    from ..datasets.dataset import open_dataset, parse_shard, shard_of
-
+    how = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     part = parse_shard(shard)
-    return Batch(dataset=shard_of(open_dataset(data), part), drop_config=how, folder=RunFolder(folder))
+    batch = Batch(dataset=shard_of(open_dataset(data), part), drop_config=how, folder=RunFolder(folder))
+    context = nullcontext()
+    if scheduler is not None:
+        from ..batch.cluster import on_scheduler
+
+        context = on_scheduler(scheduler, batch.folder, limits, shared_path=shared_path)
+    with context as work:
+        run_and_report(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
 
-def work_through(batch: Batch, json: bool, **options):
-    """Run a batch and report the result; Ctrl-C ends it at once and keeps what is done."""
+def run_and_report(batch: Batch, json: bool, **how):
+    """Run a batch and report the result; Ctrl-C ends it at once and keeps all finished objects."""
     from ..batch.batch import run_batch
 
-    started, failures = time.perf_counter(), Failures()
+    started, failures, interrupted = time.perf_counter(), Failures(), False
     counts = {"done": 0, "failed": 0, "skipped": 0}
-    interrupted = False
     try:
         doing = f"dropping spheres on {batch.dataset.name}"
-        for finished in progress(run_batch(batch, **options), len(batch.objects), doing):
+        for finished in progress(run_batch(batch, **how), len(batch.objects), doing):
             counts["failed" if finished.errors else "skipped" if finished.skipped else "done"] += 1
             for error in finished.errors:
                 failures.add(InputError(error))

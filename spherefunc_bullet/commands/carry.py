@@ -1,4 +1,4 @@
-"""``spherefunc carry``: does an object keep what it holds when it is tilted and shaken?"""
+"""``spherefunc carry``: measure what an object keeps when it is tilted and shaken."""
 
 from __future__ import annotations
 
@@ -10,30 +10,18 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, parse_length, parse_numbers
-from .options import (
-    BY_FILE,
-    Friction,
-    Json,
-    PackagePath,
-    Restitution,
-    Seed,
-    Standing,
-    Units,
-    Up,
-    run_on_files,
-    say_notes,
-)
+from . import options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..simulator import Simulator
     from ..simulator.mechanics import CarryResult, CarrySettings
 
-Row = dict[str, Any]  # what the command prints of one file
+Row = dict[str, Any]  # JSON entry of one file
 
 
 def carry(
-    files: Standing,
+    files: options.Standing,
     angles: Annotated[str, typer.Option(help="Tilt angles in degrees, to every side.")] = "15,30,45",
     radius: Annotated[str | None, typer.Option(help="Radius of the spheres. Default: by the object's size.")] = None,
     spheres: Annotated[int, typer.Option(min=1, help="Maximum number of spheres.")] = 300,
@@ -41,18 +29,18 @@ def carry(
     haste: Annotated[float, typer.Option(help="Relative speed of tilting; 0.1 is ten times slower.")] = 1.0,
     shake: Annotated[str, typer.Option(help="Amplitude of shaking.")] = "1cm",
     frequency: Annotated[float, typer.Option(help="Frequency of shaking, Hz.")] = 3.0,
-    friction: Friction = 0.5,
-    restitution: Restitution = 0.0,
+    friction: options.Friction = 0.5,
+    restitution: options.Restitution = 0.0,
     density: Annotated[float, typer.Option(help="Density of the spheres, kg/m3.")] = 1000.0,
     backend: Annotated[str, typer.Option(help="A backend that can carry: bullet.")] = "bullet",
-    seed: Seed = 0,
-    up: Up = BY_FILE,
-    units: Units = "m",
-    package_path: PackagePath = None,
+    seed: options.Seed = 0,
+    up: options.Up = options.BY_FILE,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Plot the share that stays inside over the angle.")
     ] = None,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
     from ..simulator.mechanics import CarrySettings, require_ability
@@ -72,8 +60,8 @@ def carry(
         restitution=restitution,
         density=density,
     )
-    failures = Failures()
-    results = run_on_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
+    failures, how = Failures(), (settings, seed, up, units)
+    results = options.run_on_files(carried_file, files, simulator, how, "carrying", failures)
     rows = [row_of(file, result) for file, (_, result) in results]
     write_tiles([carry_tile(*carried) for _, carried in results if picture], picture)
     print_json(rows) if json else print_shares(rows, settings.angles_deg)
@@ -83,7 +71,7 @@ def carry(
 def carried_file(
     file: Path, simulator: Simulator, settings: CarrySettings, seed: int, up: str, units: str
 ) -> tuple[Cloud, CarryResult]:
-    """Return one file's cloud and what it keeps."""
+    """Return the cloud of a file, and what the object keeps."""
     from ..clouds.cloud import load_cloud
 
     cloud = load_cloud(file, up=up, units=units, report=say)
@@ -91,15 +79,17 @@ def carried_file(
 
 
 def row_of(file: Path, result: CarryResult) -> Row:
-    """Return what is printed of one file."""
-    curve = zip(result.angles_deg, result.kept, strict=True)
+    """Return the JSON entry of one file."""
     return {
         "file": str(file),
         "filled": result.filled,
         "radius": result.radius,
         "holds": round(result.holds, 4),
         "weight": round(result.weight, 4),
-        "kept": [{"angle_deg": angle, "share": round(share, 4)} for angle, share in curve],
+        "kept": [
+            {"angle_deg": angle, "share": round(share, 4)}
+            for angle, share in zip(result.angles_deg, result.kept, strict=True)
+        ],
         "kept_shaken": round(result.kept_shaken, 4),
         "notes": list(result.notes),
         "seconds": round(result.seconds, 3),
@@ -112,7 +102,7 @@ def print_shares(rows: Sequence[Row], angles: Sequence[float]):
     table = []
     for row in rows:
         name = Path(row["file"]).name
-        say_notes(name, row["notes"])
+        options.say_notes(name, row["notes"])
         start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
         shares = [f"{step['share']:.2f}" for step in row["kept"]]
         table.append([*start, *shares, f"{row['kept_shaken']:.2f}"])

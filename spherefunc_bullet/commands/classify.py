@@ -8,26 +8,23 @@ import time
 from collections.abc import Iterator, Sequence
 from itertools import chain, repeat
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, as_options, print_json, progress, say
+from ..console import Failures, as_options, print_json, print_table, progress, say, show
 from ..errors import InputError, one_line
+from ..formats.units import format_length
 from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
     from ..classification import ModelPair
     from ..settling.cached_runs import LoadOptions
-from typing import Any
 
-from ..console import print_table, show
-from ..formats.units import format_length
-
-STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
-Row = dict[str, Any]  # what the contract prints of one file
-SHOWN = 4  # functions with a column of their own; of more, an object's best are named
-BEST = 2  # functions that are named then
+STDIN = Path("-")  # in place of a file: the names of files come on stdin, one per line
+Row = dict[str, Any]  # JSON entry of one file
+SHOWN = 4  # most functions with a column each; of more, only the best of each object are shown
+BEST = 2  # number of functions that are shown then
 
 
 def classify(
@@ -120,14 +117,14 @@ def classified_file(
     from ..settling.cached_runs import CachedFile
 
     started = time.perf_counter()
-    reports = chain([say], repeat(None))  # what is odd about the file is said once
+    reports = chain([say], repeat(None))  # warnings about the file are printed once
     decision = classify_by_all(lambda model: CachedFile(file, model.drop_config(loading), next(reports)), models)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
-    if not explain:
-        return row
-    from ..answer import evidence
+    if explain:
+        from ..answer import evidence
 
-    return row | evidence(decision)
+        row |= evidence(decision)
+    return row
 
 
 def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
@@ -151,19 +148,16 @@ def members_of(row: Row) -> list[str]:
 
 
 def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool):
-    """Print what each object is for, with its scores, and how many files could not be classified."""
+    """Print the functions and scores of each object, and how many files could not be classified."""
+    from ..classification import WRONG_UP_AXIS
+
     done = [row for row in rows if "error" not in row]
-    each_has_column = len(functions) <= SHOWN and table_width(done, functions) <= terminal_width()
-    columns = ["file", "for", *(functions if each_has_column else ["best scores"])]
-    table = [
-        [Path(row["file"]).name, answer_text(row), *(scores_of(row) if each_has_column else [best_scores(row)])]
-        for row in done
-    ]
-    print_table("What objects are for (scores; positive if > 0.5)", columns, table)
-    if not explain:
-        print_lying(done)
+    print_table("What objects are for (scores; positive if > 0.5)", *table_of(done, functions))
+    for row in [] if explain else done:
+        if WRONG_UP_AXIS in row.get("reasons", ()):
+            show(f"{Path(row['file']).name}: {WRONG_UP_AXIS}")
     if len(done) < len(rows) > 1:
-        say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
+        say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified; see the errors above")
     for row in done if explain else []:
         print_reasons(row)
         for name in functions:
@@ -174,36 +168,21 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
                 print_cubes(row, name)
 
 
-def print_lying(rows: Sequence[Row]):
-    """Print which objects seem to have a wrong up axis."""
-    from ..classification import WRONG_UP_AXIS
-
+def table_of(rows: Sequence[Row], functions: Sequence[str]) -> tuple[list[str], list[list[str]]]:
+    """Return the columns and rows of a table: with every score if it fits, else with the best scores of each object."""
+    starts = []
     for row in rows:
-        if WRONG_UP_AXIS in row.get("reasons", ()):
-            show(f"{Path(row['file']).name}: {WRONG_UP_AXIS}")
-
-
-def answer_text(row: Row) -> str:
-    """Return the functions of an object as text, marked if unsure."""
-    return (", ".join(members_of(row)) or "none") + (", unsure" if row["unsure"] else "")
-
-
-def scores_of(row: Row) -> list[str]:
-    """Return the scores of an object as text."""
-    return [f"{membership['score']:.2f}" for membership in row["functions"].values()]
-
-
-def best_scores(row: Row) -> str:
-    """Return the best scores of an object with their functions, for a narrow table."""
-    memberships = sorted(row["functions"].items(), key=lambda item: -item[1]["score"])
-    return " ".join(f"{name} {membership['score']:.2f}" for name, membership in memberships[:BEST])
-
-
-def table_width(rows: Sequence[Row], functions: Sequence[str]) -> int:
-    """Return how many characters a table with a column for each function takes."""
-    texts = [("file", "for", *functions)]
-    texts += [(Path(row["file"]).name, answer_text(row), *scores_of(row)) for row in rows]
-    return sum(max(map(len, column)) + 2 for column in zip(*texts, strict=True))
+        answer = ", ".join(members_of(row)) or "none"
+        starts.append([Path(row["file"]).name, answer + ", unsure" * row["unsure"]])
+    scores = [[(about["score"], name) for name, about in row["functions"].items()] for row in rows]
+    columns = ["file", "for", *functions]
+    table = [start + [f"{score:.2f}" for score, _ in own] for start, own in zip(starts, scores, strict=True)]
+    width = sum(max(map(len, column)) + 2 for column in zip(columns, *table, strict=True))
+    if len(functions) <= SHOWN and width <= terminal_width():
+        return columns, table
+    best = [sorted(own, key=lambda item: -item[0])[:BEST] for own in scores]
+    texts = [" ".join(f"{name} {score:.2f}" for score, name in own) for own in best]
+    return ["file", "for", "best scores"], [[*start, text] for start, text in zip(starts, texts, strict=True)]
 
 
 def terminal_width() -> int:
@@ -218,26 +197,21 @@ def print_reasons(row: Row):
     """Print the reasons for one object, and the most similar training objects."""
     if not row["reasons"]:
         return
+    members = members_of(row)
     show(f"\n{Path(row['file']).name}")
     first, *others = row["reasons"]
-    show(f"  {first}" if members_of(row) else f"  likeliest: {first}")
+    show(f"  {first}" if members else f"  likeliest: {first}")
     for reason in others:
         show(f"  {reason}")
-    if rejected := [
-        f"{name} {membership['score']:.2f}" for name, membership in row["functions"].items() if not membership["member"]
-    ]:
+    if rejected := [f"{name} {about['score']:.2f}" for name, about in row["functions"].items() if not about["member"]]:
         show(f"  not {', '.join(rejected)}")
-    if near := named_neighbors(row):
-        show(f"  nearest training objects: {', '.join(near)}")
-
-
-def named_neighbors(row: Row) -> list[str]:
-    """Return the nearest training objects with their functions: agreeing ones, or all if unsure."""
-    return [
+    near = [  # those with the same functions, or all if unsure
         f"{near['name']} ({', '.join(near['functions']) or 'none'})"
         for near in row.get("nearest", [])
-        if row["unsure"] or set(near["functions"]) == set(members_of(row))
+        if row["unsure"] or set(near["functions"]) == set(members)
     ]
+    if near:
+        show(f"  nearest training objects: {', '.join(near)}")
 
 
 def print_quantities(row: Row, name: str):
@@ -251,16 +225,10 @@ def print_quantities(row: Row, name: str):
 
 def print_neighbors(row: Row, name: str):
     """Print which training objects decided one function of one object."""
-    table = [
-        [
-            neighbor["name"],
-            format_length(neighbor["radius"]),
-            "yes" if neighbor["member"] else "no",
-            f"{neighbor['distance']:.2f}",
-            f"{neighbor['weight']:.3f}",
-        ]
-        for neighbor in row["neighbors"][name]
-    ]
+    table = []
+    for near in row["neighbors"][name]:
+        start = [near["name"], format_length(near["radius"]), "yes" if near["member"] else "no"]
+        table.append([*start, f"{near['distance']:.2f}", f"{near['weight']:.3f}"])
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
     print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)
 

@@ -16,7 +16,7 @@ import typer
 from .. import __version__
 from ..console import log_on_stderr, run, show
 
-GARBAGE = 300_000  # new objects until it is looked for: among all that is imported, a seventh of a first answer
+GARBAGE = 300_000  # new objects between garbage collections; with the default they take a seventh of a first answer
 
 
 def say_version(requested: bool):
@@ -37,7 +37,7 @@ def spherefunc(
 def application(word: str | None = None) -> typer.Typer:
     """Return the application with every registered subcommand, ours and other packages'.
 
-    Where a word names one of them, that one alone: reading the parameters of all takes longer than importing it.
+    If ``word`` names a subcommand, only that one: reading the parameters of all takes longer than importing it.
     """
     app = typer.Typer(name="spherefunc", no_args_is_help=True, pretty_exceptions_enable=False, callback=spherefunc)
     points = entry_points(group="spherefunc.commands")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import Material
 
 
+Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")]
 Standing = Annotated[
     list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
 ]
@@ -45,6 +46,7 @@ Method = Annotated[
     str,
     typer.Option(help="profile: named quantities of the drops; cubes: histogram; paper: exactly as Hinkle and Olson."),
 ]
+MaxSpheres = Annotated[int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")]
 MissLimit = Annotated[
     int | None, typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A). Default: 50.")
 ]
@@ -71,7 +73,7 @@ def drop_config(
     method: str = DEFAULT_METHOD,
     miss_limit: int | None = None,
 ) -> DropConfig:
-    """Return the drop config that options give, with the defaults of a method."""
+    """Return the drop config for the given options, with the defaults of a method."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
     from ..settling.cached_runs import DropConfig, LoadOptions
@@ -88,7 +90,7 @@ def drop_config(
 
 
 def point_to_packages(folders: Sequence[Path] | None):
-    """Make this process and its workers look for the packages of URDF files in these folders first."""
+    """Make this process and its workers search these folders first for the packages of URDF files."""
     from ..formats.scenes.urdf import PACKAGE_PATH
 
     if folders:
@@ -97,12 +99,12 @@ def point_to_packages(folders: Sequence[Path] | None):
 
 
 def simulator_options(**given: str | int | None) -> dict:
-    """Return the options of the simulator that were given."""
+    """Return the options of a simulator without those that are None."""
     return {name: value for name, value in given.items() if value is not None}
 
 
 def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Material:
-    """Return the material of an object that options give."""
+    """Return the material of an object for the given options."""
     from ..simulator.mechanics import Material
 
     kilograms = None if mass is None else parse_mass(mass)
@@ -117,9 +119,9 @@ def run_on_files(
     Parameters
     ----------
     function : callable
-        Takes a file, the simulator, and the rest, ``how``.
+        Its arguments are a file, the simulator, and those of ``how``.
     doing : str
-        What the progress bar says.
+        Text of the progress bar.
     """
     from ..processes.tasks import run_tasks
     from ..simulator import isolated

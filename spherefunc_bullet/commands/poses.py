@@ -1,4 +1,4 @@
-"""``spherefunc poses``: how objects can lie, how likely, and what they are for in each pose or the best."""
+"""``spherefunc poses``: the stable poses of objects, their probabilities, and the functions in each or the best."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..simulator import Simulator
     from ..simulator.mechanics import PoseResult, PoseSettings
 
-Row = dict[str, Any]  # what the contract prints of one file
+Row = dict[str, Any]  # JSON entry of one file, or of one pose
 
 
 def poses(
@@ -47,7 +47,7 @@ def poses(
     """Find the stable poses of each object, their probabilities, and its functions in each."""
     from ..learning.model_file import inference_model, shipped_model
     from ..simulator.mechanics import PoseSettings, require_ability
-    from ..viewer.mechanics_pictures import require_png
+    from ..viewer.mechanics_pictures import poses_picture, require_png, write_picture, write_poses_page
 
     require_png(picture)
     simulator = require_ability(backend, "poses")
@@ -57,7 +57,11 @@ def poses(
     failures, how = Failures(), (classifier, settings, seed, units)
     results = options.run_on_files(posed_file, files, simulator, how, "posing", failures)
     rows = [row_of(file, *posed) for file, (_, *posed) in results]
-    draw([(cloud, answers) for _, (cloud, _, answers, _) in results], picture, page)
+    shown = [(cloud, answers) for _, (cloud, _, answers, _) in results if answers]
+    if picture is not None and shown:
+        write_picture(poses_picture(shown), picture)
+    if page is not None and shown:
+        write_poses_page(shown, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
     failures.exit()
 
@@ -65,7 +69,7 @@ def poses(
 def posed_file(
     file: Path, simulator: Simulator, classifier: FunctionModel, settings: PoseSettings, seed: int, units: str
 ) -> tuple[Cloud, PoseResult, list[PoseFunctions], float]:
-    """Return one file's cloud, its poses, what it is for in each, and the seconds that it took."""
+    """Return the cloud of a file, its poses, the functions in each, and the seconds that this took."""
     from ..clouds.cloud import load_cloud
     from ..learning.any_pose import pose_functions
 
@@ -76,7 +80,7 @@ def posed_file(
 
 
 def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], seconds: float) -> Row:
-    """Return what the contract prints of one file."""
+    """Return the JSON entry of one file."""
     from ..learning.any_pose import best_poses
 
     return {
@@ -92,45 +96,36 @@ def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], sec
 
 
 def pose_row(one: PoseFunctions) -> Row:
-    """Return what the contract prints of one pose."""
+    """Return the JSON entry of one pose."""
     return {
         "rotation": one.pose.rotation.round(9).tolist(),
         "probability": round(one.pose.probability, 6),
         "statics": round(one.pose.statics, 6),
         "tilt_deg": round(one.pose.tilt_deg, 2),
-        "functions": {
-            name: {"member": membership.member, "score": membership.score} for name, membership in one.functions.items()
-        },
+        "functions": {name: {"member": about.member, "score": about.score} for name, about in one.functions.items()},
     }
-
-
-def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | None, page: Path | None):
-    """Draw objects in their poses where a picture or a page is asked for."""
-    from ..viewer.mechanics_pictures import poses_picture, write_picture, write_poses_page
-
-    shown = [(cloud, answers) for cloud, answers in objects if answers]
-    if picture is not None and shown:
-        write_picture(poses_picture(shown), picture)
-    if page is not None and shown:
-        write_poses_page(shown, page)
 
 
 def print_poses(rows: Sequence[Row], functions: Sequence[str]):
     """Print every pose of every object as a line."""
     table = []
     for row in rows:
-        options.say_notes(Path(row["file"]).name, row["notes"])
+        name = Path(row["file"]).name
+        options.say_notes(name, row["notes"])
         if row["timed_out"]:
-            say(f"{Path(row['file']).name}: {row['timed_out']} of {row['drops']} drops never came to rest")
+            say(f"{name}: {row['timed_out']} of {row['drops']} drops never came to rest")
         for number, pose in enumerate(row["poses"]):
-            answers = pose["functions"]
-            members = [name for name in functions if answers[name]["member"]]
-            start = [Path(row["file"]).name if number == 0 else "", f"{pose['tilt_deg']:.0f}°"]
+            start = ["" if number else name, f"{pose['tilt_deg']:.0f}°"]
             shares = [f"{pose[key]:.3f}" for key in ("probability", "statics")]
-            scores = [f"{answers[name]['score']:.2f}" for name in functions]
-            table.append([*start, *shares, ", ".join(members) or "none", *scores])
+            table.append([*start, *shares, *function_cells(pose["functions"])])
     head = ["file", "turned by", "probability", "by statics", "for", *functions]
     print_table("How objects can lie, and what they are for in each pose (positive if > 0.5)", head, table)
+
+
+def function_cells(answers: Row) -> list[str]:
+    """Return table cells for the functions of an object: those that it has, then the score of each."""
+    members = [name for name, about in answers.items() if about["member"]]
+    return [", ".join(members) or "none", *(f"{about['score']:.2f}" for about in answers.values())]
 
 
 def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
@@ -139,16 +134,21 @@ def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: s
 
     simulator = require_ability(classifier.simulator, "poses")
     failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
-    for file, results in options.run_on_files(posed_file, files, simulator, how, "classifying", failures):
-        _, result, answers, seconds = results
+    for file, posed in options.run_on_files(posed_file, files, simulator, how, "classifying", failures):
+        _, result, answers, seconds = posed
         row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})
-    print_json(rows) if json else print_best(rows, classifier.functions_)
+    if json:
+        print_json(rows)
+    else:
+        table = [[Path(row["file"]).name, *function_cells(row["functions"])] for row in rows]
+        title = "What objects are for in their best pose (`spherefunc poses` shows it)"
+        print_table(title, ["file", "for", *classifier.functions_], table)
     failures.exit()
 
 
 def best_functions(answers: Sequence[PoseFunctions]) -> Row:
-    """Return for each function its score in the best pose, and that pose."""
+    """Return the score of each function in its best pose, and that pose."""
     from ..learning.any_pose import best_poses
 
     best = {}
@@ -157,14 +157,3 @@ def best_functions(answers: Sequence[PoseFunctions]) -> Row:
         turned = {"rotation": pose.rotation.round(9).tolist(), "probability": round(pose.probability, 6)}
         best[name] = asdict(membership) | turned
     return best
-
-
-def print_best(rows: Sequence[Row], functions: Sequence[str]):
-    """Print a line for each object: its best pose for each function."""
-    table = []
-    for row in rows:
-        members = [name for name in functions if row["functions"][name]["member"]]
-        scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
-        table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
-    title = "What objects are for in their best pose (`spherefunc poses` shows it)"
-    print_table(title, ["file", "for", *functions], table)

@@ -1,4 +1,4 @@
-"""``spherefunc shapes``: what collision shapes keep of what an object is for, and what they cost."""
+"""``spherefunc shapes``: which functions of an object its collision shapes keep, and what they cost."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def shapes(
     json: Json = False,
 ):
     """Compare collision shapes: what each keeps of what the object holds, carries and lets through, and its cost."""
-    from ..formats.files import prepare_folder
-    from ..shapes.library import SUFFIX, LibraryOptions, library_results
+    from ..formats.files import prepare_folder, write_bytes
+    from ..shapes.library import SUFFIX, LibraryOptions, library_results, page
 
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
@@ -69,13 +69,14 @@ def shapes(
     if best:
         require_other_folder(chosen, out)
     cache = None if report is None else report / "objects"
-    for result in progress(library_results(chosen, options, jobs, cache), len(chosen), "asking"):
+    for result in progress(library_results(chosen, options, jobs, cache), len(chosen), "comparing"):
         if "error" in result:
             failures.add(result["error"])
         results.append(result)
     results.sort(key=lambda result: chosen.index(Path(result["file"])))
     if report is not None:
-        table = write_report(report, results, table)
+        write_bytes(report / "report.html", page("What collision shapes keep", results).encode())
+        table = table or report / "shapes.csv"
     if table is not None:
         write_table(table, results)
     if json:
@@ -95,34 +96,23 @@ def require_other_folder(files: list[Path], out: Path):
         raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
     for file in files:
         if file.resolve().parent == out.resolve():
-            raise InputError(f"--best: expected --out of another folder than that of {file}, which it might write over")
-
-
-def write_report(report: Path, results: list[dict[str, Any]], table: Path | None) -> Path:
-    """Write the page of a library; return where its CSV goes."""
-    from ..formats.files import write_bytes
-    from ..shapes.library import page
-
-    write_bytes(report / "report.html", page("What collision shapes keep", results).encode())
-    return table or report / "shapes.csv"
+            raise InputError(f"--best: expected --out of another folder than that of {file}, which it might overwrite")
 
 
 def print_library(results: list[dict[str, Any]]):
     """Print one line for each object of a library, and how many keep their functions."""
     from ..shapes.library import short, summary, verdict_text
 
-    counts = summary(results)
     rows = []
     for result in results:
         if result.get("shapes"):
             row = result["shapes"][0]
             shares = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
             shares = ["" if share is None else f"{share:.2f}" for share in shares]
-            rows.append(
-                [short(result), verdict_text(result), *shares, str(row["pieces"]), "yes" if row["keeps"] else "no"]
-            )
+            keeps = "yes" if row["keeps"] else "no"
+            rows.append([short(result), verdict_text(result), *shares, str(row["pieces"]), keeps])
     print_table("Collision shapes", ["object", "is for", "capacity", "level", "spheres", "pieces", "keeps all"], rows)
-    show("\n".join(f"{name}: {count}" for name, count in counts.items()))
+    show("\n".join(f"{name}: {count}" for name, count in summary(results).items()))
 
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
@@ -150,18 +140,22 @@ def write_table(path: Path, results: list[dict[str, Any]]):
 
     rows = []
     for result in results:
-        shown = [*result.get("shapes", []), *([result["best"]] if "best" in result else [])] or [{}]
-        rows += [[result["file"], *(row.get(name, "") for name in COLUMNS), result.get("error", "")] for row in shown]
+        for row in shapes_of(result) or [{}]:
+            rows.append([result["file"], *(row.get(name, "") for name in COLUMNS), result.get("error", "")])
     write_csv(path, ["file", *COLUMNS, "error"], rows)
 
 
+def shapes_of(result: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of all shapes of an object, the best one last."""
+    return [*result.get("shapes", []), *([result["best"]] if "best" in result else [])]
+
+
 def print_shapes(results: dict[str, Any]):
-    """Print an object's table."""
+    """Print the table of an object."""
     head = ["shape", "pieces", "faces", "build s", "step µs", "capacity", "level", "spheres", "moved mm"]
     names = ["name", "pieces", "faces", "build_seconds", "step_us"]
-    columns = ["capacity_kept", "level_kept", "settled_kept", "moved_mm"]
-    rows = [*results["shapes"], *([results["best"]] if "best" in results else [])]
-    table = [["" if row[name] is None else row[name] for name in [*names, *columns]] for row in rows]
+    names += ["capacity_kept", "level_kept", "settled_kept", "moved_mm"]
+    table = [["" if row[name] is None else row[name] for name in names] for row in shapes_of(results)]
     holds = f", holds {results['capacity_ml']:.0f} ml" if results["capacity_ml"] else ""
     functions = [name for name, about in results["functions"].items() if about["member"]]
     seed = f"another seed keeps {results['seed_spread']:.2f}"

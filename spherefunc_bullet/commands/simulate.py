@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..simulator import DropResult, DropSettings, Simulator
 
-Summary = dict[str, Any]  # what the contract prints of one run
+Summary = dict[str, Any]  # JSON entry of one run
 Run = tuple[Summary, "DropResult"]
 COUNTS = ("drops", "settled", "rolled_off", "rejected", "timed_out")
 
 
 def simulate(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    files: options.Files,
     radius: Annotated[str, typer.Option(help="Sphere radius, such as 1cm, 5mm or 0.01; several with commas.")] = "1cm",
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -34,9 +34,7 @@ def simulate(
         typer.Option(help="Write one .npz with the settled centres per object and radius into this folder."),
     ] = None,
     cores: Annotated[int | None, typer.Option(min=1, help="Number of cores for one large object.")] = None,
-    max_spheres: Annotated[
-        int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")
-    ] = 5_000_000,
+    max_spheres: options.MaxSpheres = 5_000_000,
     miss_limit: options.MissLimit = None,
     up: options.Up = options.BY_FILE,
     units: options.Units = "m",
@@ -70,14 +68,14 @@ def simulate(
 def drop_on_file(
     file: Path, simulator: Simulator, runs: Sequence[DropSettings], seed: int, up: str, units: str
 ) -> tuple[list[Run], InputError | None]:
-    """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
+    """Return the summary and the result of each run on a file up to the first error, and that error."""
     from ..clouds.cloud import load_cloud
     from ..settling.settling import warm_up
 
     done = []
     try:
         cloud = load_cloud(file, up=up, units=units, report=say)
-        warm_up(simulator)  # compiling is no part of the seconds
+        warm_up(simulator)  # so that the seconds do not include compilation
         for settings in runs:
             result = simulator.drop(cloud, settings, seed)
             done.append((summary(file, cloud, result), result))
@@ -87,7 +85,7 @@ def drop_on_file(
 
 
 def save_results(done: list[Run], folder: Path | None, file: Path, written: list[Path]):
-    """Write what came of the runs on a file, settled centres and what produced them, if there is a folder for it."""
+    """Write the settled centres of the runs on a file, with their provenance; nothing without a folder."""
     import json
 
     import numpy as np
@@ -98,13 +96,12 @@ def save_results(done: list[Run], folder: Path | None, file: Path, written: list
         radius = format_length(row["radius"]).replace(" ", "")
         path = unused_name(folder, f"{file.stem}_{row['backend']}_r{radius}", ".npz", written)
         written.append(path)
-        made_by, box = json.dumps(result.provenance), row["bounding_box"]
-        arrays = {"centers": result.centers, "on_object": result.on_object, "bounding_box": np.array(box)}
-        write_bytes(path, packed(arrays | {"provenance": np.array(made_by)}))
+        about = {"bounding_box": np.array(row["bounding_box"]), "provenance": np.array(json.dumps(result.provenance))}
+        write_bytes(path, packed({"centers": result.centers, "on_object": result.on_object} | about))
 
 
 def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
-    """Return what the contract prints of one run."""
+    """Return the JSON entry of one run."""
     provenance = result.provenance
     return {
         "file": str(file),
@@ -123,8 +120,8 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
 def print_summaries(rows: list[Summary]):
     """Print runs as a table."""
     names = ("points", *COUNTS, "seconds")
-    table = [
-        [Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)] for row in rows
-    ]
+    table = []
+    for row in rows:
+        table.append([Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)])
     if table:
         print_table(f"Spheres dropped by {rows[0]['backend']}", ["file", "radius", *names], table)

@@ -1,4 +1,4 @@
-"""``spherefunc stand``: does an object stand, alone and with a load where spheres came to rest?"""
+"""``spherefunc stand``: whether objects stand, alone and with a load where spheres came to rest."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..simulator import Simulator
     from ..simulator.mechanics import StandResult, StandSettings
 
-Row = dict[str, Any]  # what the command prints of one file
+Row = dict[str, Any]  # JSON entry of one file
 BACKENDS = "fast computes statics, exact on level ground; bullet also simulates what tips, rolls or has a round bottom."
 
 
@@ -67,7 +67,7 @@ def stand(
 def stood_file(
     file: Path, simulator: Simulator, settings: StandSettings, radius: float | None, seed: int, up: str, units: str
 ) -> tuple[Cloud, StandResult]:
-    """Return one file's cloud, and how it stands with a load at the places where spheres came to rest."""
+    """Return the cloud of a file, and how the object stands with a load where spheres came to rest."""
     from ..clouds.cloud import load_cloud
     from ..settling.resting_places import resting_places
 
@@ -76,7 +76,7 @@ def stood_file(
 
 
 def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
-    """Return what is printed of one file; what is infinite or unknown as null."""
+    """Return the JSON entry of one file, with null for infinite and unknown values."""
     return {
         "file": str(file),
         "stance": str(result.stance),
@@ -97,7 +97,7 @@ def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
 
 
 def finite(value: float) -> float | None:
-    """Return a number, or None for one that JSON does not know."""
+    """Return a number, or None if it is infinite or NaN, which JSON does not have."""
     return value if math.isfinite(value) else None
 
 
@@ -109,7 +109,7 @@ def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
         tilt = f"{result.tilt_deg:.1f}°" if math.isfinite(result.tilt_deg) else ""
         margin = format_length(round(result.margin, 3)) if math.isfinite(result.margin) else "none"
         share = "" if result.share is None else f"{result.share:.2f}"
-        mass, words = format_mass(result.mass), result.tipping_words
-        table.append([file.name, str(result.stance), tilt, mass, margin, share, words])
+        cells = [tilt, format_mass(result.mass), margin, share, result.tipping_words]
+        table.append([file.name, str(result.stance), *cells])
     head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
     print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ..learning.classifier import CloudClassifier
     from ..settling.cached_runs import DropConfig
 
-Summary = dict[str, Any]  # what the contract prints of a training
-FEW = 3  # examples of a function from which something can be learnt
+Summary = dict[str, Any]  # JSON entry of a training
+FEW = 3  # least number of examples of a function to learn from
 
 
 def train(
@@ -68,7 +68,7 @@ def train(
 
 
 def summary(model: CloudClassifier, backend: str) -> Summary:
-    """Return what the contract prints of a training."""
+    """Return the JSON entry of a training."""
     counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
     return {
         "backend": backend,
@@ -82,23 +82,17 @@ def summary(model: CloudClassifier, backend: str) -> Summary:
 def print_learnt(model: CloudClassifier, method: str):
     """Print for each function its examples, its radius, and the accuracy on held-out objects."""
     measured, total = model.held_out_f_measures(), len(model.names_)
-    rows = [
-        [
-            name,
-            str(int(count)),
-            str(total - int(count)),
-            format_length(model.radius_[name]),
-            "too few" if measured[name] is None else f"{measured[name]:.2f}",
-        ]
-        for name, count in zip(model.functions_, model.members_.sum(0), strict=True)
-    ]
+    rows = []
+    for name, count in zip(model.functions_, model.members_.sum(0).tolist(), strict=True):
+        f_measure = "too few" if measured[name] is None else f"{measured[name]:.2f}"
+        rows.append([name, str(count), str(total - count), format_length(model.radius_[name]), f_measure])
     how = "three folds, those that calibrate it" if method == "profile" else "one at a time, radii as chosen from all"
     title = f"Learnt from {total} objects; F-measure on objects held out ({how})"
     print_table(title, ["function", "examples", "others", "spheres", "F held out"], rows)
 
 
 def label_remarks(dataset: Dataset) -> list[str]:
-    """Return what looks odd about a data set's labels, a line for each.
+    """Return warnings about the labels of a data set, a line for each.
 
     Raises
     ------
@@ -125,12 +119,13 @@ def require_smaller_spheres(simulated: Simulated, how: DropConfig):
     largest = max(float(record.size.max()) for record in simulated.records)
     radius = max(how.radii)
     if radius > largest:
-        came = f"got {format_length(radius)} on {format_length(float(f'{largest:.3g}'))} at most; are the units right?"
-        raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {came}")
+        size = format_length(float(f"{largest:.3g}"))
+        got = f"got {format_length(radius)} for objects of at most {size}; are the units right?"
+        raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {got}")
 
 
 def train_on(simulated: Simulated, how: DropConfig, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
-    """Return a classifier that has learnt all objects of a data set."""
+    """Return a classifier fitted to all objects of a data set."""
     from ..datasets.dataset import distinct_names, sources_of
     from ..learning.model_file import new_classifier
 

@@ -15,22 +15,21 @@ from ..console import Failures, passed, print_json, say
 from ..errors import InputError
 from ..formats.files import require_place, unused_name, write_text
 from ..formats.units import format_length, parse_lengths
-from .options import BY_FILE, Json, PackagePath, Seed, Shape, Units, Up, simulator_options
+from .options import BY_FILE, Files, Json, MaxSpheres, PackagePath, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..learning.classifier import CloudClassifier
     from ..settling.drops import DropsByRadius
-    from ..simulator import DropResult, DropSettings, Simulator
-    from ..viewer.data import Panel
+    from ..simulator import DropResult, Simulator
 
-RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres: to choose from by the object's size
-SPHERES_ACROSS = 36  # radii along the longest side, about: enough to see how they lie, few enough to see each
+RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres; one of them is chosen by the size of the object
+SPHERES_ACROSS = 36  # radii along the longest side, about: enough spheres to see how they lie, and each of them
 
 
 @dataclass(eq=False)
 class ViewedObject:
-    """One file's object, and what became of the spheres on it."""
+    """The object of one file, and the drops on it."""
 
     file: Path
     cloud: Cloud
@@ -40,7 +39,7 @@ class ViewedObject:
 
 
 def view(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    files: Files,
     backend: Annotated[str, typer.Option(help="Simulators to show side by side, such as fast,bullet.")] = "fast",
     radius: Annotated[
         str | None, typer.Option(help="Sphere radii, such as 1cm or 1cm,2cm. Default: by the object's size.")
@@ -60,7 +59,7 @@ def view(
     open: Annotated[bool | None, typer.Option(help="Open the page in a browser. Default: only on a terminal.")] = None,
     shape: Shape = None,
     seed: Seed = 0,
-    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")] = 20_000,
+    max_spheres: MaxSpheres = 20_000,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
@@ -71,7 +70,7 @@ def view(
 
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
-    check_place(out)
+    require_page_place(out)
     if rerun is not None:
         require_place(rerun)
     classifier = explaining_model(model, names) if explain else None
@@ -90,36 +89,36 @@ def view(
         print_json([str(page) for page in pages])
     else:
         say("\n".join(f"wrote {page}" for page in pages) if pages else "no page was written")
-    if pages and wants_browser(open):
-        open_browser(pages[0])
+    if pages:
+        open_browser(pages[0], open)
     failures.exit()
 
 
 def explaining_model(model: Path | None, names: Sequence[str]) -> CloudClassifier:
-    """Return the model that is given, or the first that ships for one of the backends shown."""
+    """Return the given model, or else the model that ships for the first of the backends that has one."""
     from ..learning.model_file import load_model, shipped_model
 
-    for name in names if model is None else ():
+    if model is not None:
+        return load_model(model)
+    for name in names:
         try:
-            model = shipped_model(name)
-            break
+            return load_model(shipped_model(name))
         except InputError as error:
             missing = error
-    if model is None:
-        raise missing
-    return load_model(model)
+    raise missing
 
 
-def check_place(out: Path | None):
-    """Refuse a place that cannot be written to before spheres are dropped."""
-    if out is not None and not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
+def require_page_place(out: Path | None):
+    """Raise InputError, before spheres are dropped, if pages cannot be written to a file or folder."""
+    if out is None:
+        return
+    if not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: expected a name that ends in .html, or a folder that is there")
-    if out is not None:
-        require_place(out / "page.html" if out.is_dir() else out)
+    require_place(out / "page.html" if out.is_dir() else out)
 
 
 def usable_simulators(names: Sequence[str], shape: str | None, failures: Failures) -> list[Simulator]:
-    """Return the simulators that there are, and say of the others why not; only bullet has shapes."""
+    """Return the simulators that are available, and report errors of the others; only bullet has shapes."""
     from ..simulator import make_simulator
 
     simulators = []
@@ -135,7 +134,7 @@ def usable_simulators(names: Sequence[str], shape: str | None, failures: Failure
 def loaded_objects(
     files: Sequence[Path], radii: tuple[float, ...] | None, up: str, units: str, failures: Failures
 ) -> list[ViewedObject]:
-    """Return the objects of the files that can be used, and say of the others why not."""
+    """Return the objects of the files that can be used, and report errors of the others."""
     from ..clouds.cloud import load_cloud
     from ..viewer.pictures import fitting_radius
 
@@ -153,17 +152,21 @@ def loaded_objects(
 def drop_on_all(objects: Sequence[ViewedObject], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):
     """Drop spheres on every object by one backend."""
     from ..processes.tasks import run_tasks
-    from ..simulator import DropSettings, isolated
+    from ..simulator import isolated
 
-    runs = [[DropSettings(radius=length, max_spheres=max_spheres) for length in viewed.radii] for viewed in objects]
-    tasks = [(viewed.cloud, simulator, settings, seed) for viewed, settings in zip(objects, runs, strict=True)]
+    tasks = [(viewed.cloud, simulator, viewed.radii, max_spheres, seed) for viewed in objects]
     outcomes = run_tasks(dropped, tasks, [viewed.file for viewed in objects], isolate=isolated(simulator))
     for index, results in passed(outcomes, len(tasks), f"dropping by {simulator.name}", failures.add):
         objects[index].results[simulator.name] = results
 
 
-def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], seed: int) -> list[DropResult]:
-    """Return the result of each run on a cloud."""
+def dropped(
+    cloud: Cloud, simulator: Simulator, radii: Sequence[float], max_spheres: int, seed: int
+) -> list[DropResult]:
+    """Return the result of a run on a cloud at each radius; for a worker."""
+    from ..simulator import DropSettings
+
+    runs = [DropSettings(radius=radius, max_spheres=max_spheres) for radius in radii]
     return [simulator.drop(cloud, settings, seed) for settings in runs]
 
 
@@ -179,7 +182,7 @@ def settle_on_all(objects: Sequence[ViewedObject], classifier: CloudClassifier, 
 
 
 def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
-    """Return the drops that a classifier's answer about a cloud is read from; for a worker."""
+    """Return the drops from which a classifier computes its answer about a cloud; for a worker."""
     from ..settling.cached_runs import CloudObject
 
     return classifier.read(CloudObject(raw_cloud=cloud, drop_config=classifier.drop_config()).drops).drops
@@ -216,18 +219,23 @@ def record(objects: Sequence[ViewedObject], path: Path, failures: Failures):
 
 
 def object_parts(viewed: ViewedObject, classifier: CloudClassifier | None) -> list[str]:
-    """Return the HTML of one object: its title, the display, and why where that is asked for."""
+    """Return the HTML of one object: its title, a display of each backend's runs, and the explanation if requested."""
     from html import escape
 
+    from ..viewer.data import Panel, sphere_layer
     from ..viewer.explanation import explanation_html
     from ..viewer.still import pictured
 
-    panels = backend_panels(viewed)
+    panels = []
+    for name, results in viewed.results.items():
+        pairs = zip(viewed.radii, results, strict=True)
+        layers = [sphere_layer(radius, result.centers, run_note(radius, result)) for radius, result in pairs]
+        panels.append(Panel(title=name, layers=layers))
     size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
-    kind = "mesh" if viewed.cloud.mesh is not None else "cloud"
+    origin = "" if viewed.cloud.mesh is None else " sampled from a mesh"
     parts = [
         f"<h1>{escape(viewed.file.name)}</h1>",
-        f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{' sampled from a mesh' if kind == 'mesh' else ''}. "
+        f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{origin}. "
         "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
         pictured(viewed.cloud, panels, panels),
     ]
@@ -236,20 +244,8 @@ def object_parts(viewed: ViewedObject, classifier: CloudClassifier | None) -> li
     return parts
 
 
-def backend_panels(viewed: ViewedObject) -> list[Panel]:
-    """Return a panel for each backend, with a layer for each radius."""
-    from ..viewer.data import Panel, sphere_layer
-
-    panels = []
-    for name, results in viewed.results.items():
-        pairs = zip(viewed.radii, results, strict=True)
-        layers = [sphere_layer(radius, result.centers, run_note(radius, result)) for radius, result in pairs]
-        panels.append(Panel(title=name, layers=layers))
-    return panels
-
-
 def run_note(radius: float, result: DropResult) -> str:
-    """Return a run's radius, outcomes and time, for people."""
+    """Return the radius, the outcomes and the time of a run as a sentence."""
     from ..simulator import Stop
 
     counts = [(result.settled, "settled"), (result.rolled_off, "rolled off"), (result.rejected, "rejected")]
@@ -259,15 +255,11 @@ def run_note(radius: float, result: DropResult) -> str:
     return f"Spheres of radius {format_length(radius)}: {outcomes}, in {result.seconds:.3g} s{cut}."
 
 
-def wants_browser(requested: bool | None) -> bool:
-    """Return whether to open a browser: if asked to or on a terminal, and where there is a display."""
-    graphical = sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
-    return graphical and (sys.stdout.isatty() if requested is None else requested)
-
-
-def open_browser(page: Path):
-    """Open a page, and say so where that fails."""
+def open_browser(page: Path, requested: bool | None):
+    """Open a page if requested, by default on a terminal, and if there is a display; report a failure."""
     import webbrowser
 
-    if not webbrowser.open(page.absolute().as_uri()):
+    graphical = sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    wanted = sys.stdout.isatty() if requested is None else requested
+    if graphical and wanted and not webbrowser.open(page.absolute().as_uri()):
         say(f"no browser could be opened; the page is {page}")
