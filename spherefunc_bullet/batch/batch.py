@@ -1,8 +1,8 @@
-"""Batch runs that lose nothing: every object at every radius, each done once, whatever happens in between.
+"""Batch runs: every object at every radius is simulated once, even if a run is interrupted and resumed.
 
-A run lives in a folder (`run_folder`) with a ledger (`ledger`). Workers write settled centres to the folder and
-answer with rows; the caller syncs the files and then writes the rows. Killed at any instant, the next call finds
-either both, or a whole file without a row, which it reads instead of simulating, or nothing.
+A run is kept in a folder (`folder`) with a ledger (`ledger`). Workers write settled centres to the folder and return
+rows; the caller syncs the files and then writes the rows. If a run is killed at any time, the next call finds either
+both, or a complete file without a row, which it reads instead of simulating, or nothing.
 """
 
 from __future__ import annotations
@@ -43,28 +43,25 @@ class Batch:
 
     @property
     def objects(self) -> dict[str, Path]:
-        """The files by what the ledger calls them."""
+        """The files by their names in the ledger."""
         return {self.dataset.name_of(item.path): item.path for item in self.dataset.objects}
 
     def way(self, radius: float) -> RunConfig:
-        """Return how the ledger describes the runs of one radius."""
-        simulator = self.drop_config.simulator
-        settings = self.drop_config.settings(radius) | {
-            "version": simulator.version,
-            "options": simulator.options(),
-            "loading": self.drop_config.loading.to_dict(),
-        }
+        """Return the run configuration of a radius, as the ledger describes it."""
+        config, simulator = self.drop_config, self.drop_config.simulator
+        settings = config.settings(radius) | {"version": simulator.version, "options": simulator.options()}
+        settings["loading"] = config.loading.to_dict()
         del settings["radius"]
-        same_text = json.dumps(settings, sort_keys=True, default=str)
-        return RunConfig(backend=simulator.name, settings=same_text, radius=radius, seed=self.drop_config.seed)
+        text = json.dumps(settings, sort_keys=True, default=str)
+        return RunConfig(backend=simulator.name, settings=text, radius=radius, seed=config.seed)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectLimits:
-    """What an object may cost."""
+    """The limits of time and memory for one object."""
 
-    seconds: float = math.inf  # all radii together, before its process is stopped
-    memory: int | None = None  # bytes of a worker process, interpreter and libraries included
+    seconds: float = math.inf  # for all radii together; then its process is stopped
+    memory: int | None = None  # bytes of a worker process, including interpreter and libraries
 
     def __post_init__(self):
         if self.memory is not None and self.memory < LEAST_MEMORY:
@@ -74,11 +71,11 @@ class ObjectLimits:
 
 @dataclass(frozen=True, kw_only=True)
 class FinishedObject:
-    """What became of one object."""
+    """The result for one object."""
 
     name: str
-    errors: tuple[str, ...] = ()  # why it, or some of its radii, could not be simulated
-    skipped: bool = False  # had been dealt with before
+    errors: tuple[str, ...] = ()  # why it could not be simulated, at all or at some radii
+    skipped: bool = False  # whether it was finished before this call
 
 
 def run_batch(
@@ -89,26 +86,26 @@ def run_batch(
     retry_failed: bool = False,
     work: Callable[[Sequence[SimulationTask]], Outcomes] | None = None,
 ) -> Iterator[FinishedObject]:
-    """Simulate every object at every radius that the run does not have yet, and keep every result.
+    """Simulate every object at every radius that is missing in the run, and keep every result.
 
     Parameters
     ----------
     jobs : int
         Worker processes on this machine; -1: one per core.
     retry_failed : bool
-        Also those objects that failed before, though their files have not changed.
+        Whether to try objects again that failed before and whose files have not changed.
     work : callable, optional
-        Does tasks and yields their index and outcome, elsewhere than here (`cluster.on_executor`).
+        Does tasks on other machines, and yields their index and outcome (`cluster.on_executor`).
 
     Yields
     ------
-    Finished
-        Those that were dealt with before first, then each as it is done.
+    FinishedObject
+        First the objects that were finished before, then each object when it is finished.
 
     Raises
     ------
     InputError
-        If the folder or its ledger cannot be used, or the disk is full. What was done is kept.
+        If the folder or its ledger cannot be used, or the disk is full. All finished objects are kept.
     """
     batch.folder.make()
     with batch.folder.ledger(make=True) as ledger:
@@ -117,8 +114,8 @@ def run_batch(
         ledger.begin_call({"jobs": jobs} | about)
         tasks, finished = left_to_do(batch, ledger, retry_failed)
         yield from finished
-        work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or ObjectLimits()))
-        for index, outcome in work(tasks):  # a task left out, such as of a lost cluster, keeps waiting
+        work = work or (lambda tasks: on_this_machine(tasks, batch.folder, jobs, limits or ObjectLimits()))
+        for index, outcome in work(tasks):  # a task without an outcome, as when a cluster is lost, stays waiting
             rows = rows_to_record(tasks[index], outcome, batch.folder)
             ledger.write(rows)
             yield finished_object(tasks[index].name, rows)
@@ -126,42 +123,42 @@ def run_batch(
         batch.folder.sweep()
 
 
-def here(tasks: Sequence[SimulationTask], folder: RunFolder, jobs: int, limits: ObjectLimits) -> Outcomes:
-    """Do tasks in worker processes of this machine, always isolated: what happens to one costs that object."""
+def on_this_machine(tasks: Sequence[SimulationTask], folder: RunFolder, jobs: int, limits: ObjectLimits) -> Outcomes:
+    """Do tasks in worker processes of this machine, always isolated, so that a crash affects one object only."""
     arguments = [(task, folder) for task in tasks]
     limited = {"time_limit": limits.seconds, "memory_limit": limits.memory}
     return run_tasks(settled_rows, arguments, [task.path for task in tasks], jobs=jobs, isolate=True, **limited)
 
 
 def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[SimulationTask], list[FinishedObject]]:
-    """Return what the ledger lacks, and the objects of which it has everything."""
+    """Return tasks for the runs that are missing in the ledger, and the objects of which no run is missing."""
     objects = batch.objects
     ways = {ledger.number(batch.way(radius)): radius for radius in batch.drop_config.radii}
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
-    standing: dict[str, list[LedgerRow]] = {name: [] for name in objects}
-    moved = []
+    valid: dict[str, list[LedgerRow]] = {name: [] for name in objects}
+    changed = []
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
-            continue  # of another data set, or another shard, in the same folder
+            continue  # it belongs to another data set or shard in the same folder
         now = valid_row(row, objects[row.object], batch.folder, batch.drop_config, retry_failed)
         if now is None:
             missing[row.object][row.way] = ways[row.way]
         else:
-            standing[row.object].append(now)
-            moved += [now] if now != row else []
-    ledger.write(moved)
+            valid[row.object].append(now)
+            changed += [now] if now != row else []
+    ledger.write(changed)
     tasks = [
         SimulationTask(path=objects[name], name=name, radii=radii, drop_config=batch.drop_config)
         for name, radii in missing.items()
         if radii
     ]
-    done = [finished_object(name, standing[name], skipped=True) for name in objects if not missing[name]]
+    done = [finished_object(name, valid[name], skipped=True) for name in objects if not missing[name]]
     return tasks, done
 
 
 def known_failures(run: Path, dataset: Dataset, drop_config: DropConfig) -> dict[Path, InputError]:
-    """Return the objects that failed in a run, by path, whose files have not changed since.
+    """Return the errors of objects, by path, that failed in a run and have not changed since.
 
     Raises
     ------
@@ -179,6 +176,6 @@ def known_failures(run: Path, dataset: Dataset, drop_config: DropConfig) -> dict
 
 
 def finished_object(name: str, rows: Iterable[LedgerRow], skipped: bool = False) -> FinishedObject:
-    """Return what became of an object of which all rows are known."""
+    """Return the result for an object from all its rows."""
     errors = tuple(dict.fromkeys(row.error for row in rows if row.error))
     return FinishedObject(name=name, errors=errors, skipped=skipped)

@@ -1,8 +1,8 @@
 """A batch on other machines: on any `concurrent.futures.Executor`, such as that of a Dask cluster.
 
-Only the caller touches the run's folder. An object travels as its files' content, or by a path that all machines
-share; what its worker settled comes back as files, and is kept as if it had been settled here. In the executor's
-worker an object runs in a process of its own, so that a crash costs that object and not the worker.
+Only the caller accesses the folder of the run. An object is sent as the content of its files, or as a path that all
+machines share; its settled spheres come back as files, and are kept as if they had been simulated here. In a worker of
+the executor an object runs in a process of its own, so that a crash affects that object and not the worker.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from .task import SimulationTask, settled_rows
 if TYPE_CHECKING:
     from distributed import Client
 
-IN_FLIGHT = 256  # tasks given to an executor at once: enough for as many workers, little enough to be sent
-PATIENCE = "15s"  # to find the scheduler
+IN_FLIGHT = 256  # tasks that an executor has at a time: enough for that many workers, and few enough to be sent
+PATIENCE = "15s"  # time to find the scheduler
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskResult:
-    """What comes back: rows or the reason why there are none, and the files of all radii that were settled."""
+    """The result of a task: its rows or its error, and the files of all runs that were simulated."""
 
     outcome: list[LedgerRow] | InputError
-    settled: dict[str, bytes]  # run -> file
+    settled: dict[str, bytes]  # content of each file by run
 
 
 def packed(task: SimulationTask, shared_path: bool) -> SimulationTask:
-    """Return a task as it is sent: with the content of its files, unless all machines have them at the same path.
+    """Return a task as it is sent: with the content of its files, or with a path that all machines share.
 
     Raises
     ------
@@ -54,28 +54,28 @@ def packed(task: SimulationTask, shared_path: bool) -> SimulationTask:
         return replace(task, path=task.path.resolve())
     source = as_source(task.path)
     for part in source.parts():
-        part.data  # noqa: B018 - is kept, and travels
+        part.data  # noqa: B018 - reads the file, whose content is then sent
     return replace(task, source=source)
 
 
 def deliver(task: SimulationTask, limits: ObjectLimits) -> TaskResult:
-    """Do a task in a process of this thread's own; called where the executor's workers are."""
+    """Do a task in the process of this thread; called in a worker of the executor."""
     with TemporaryDirectory(prefix="spherefunc-") as scratch:
         folder = RunFolder(Path(scratch) / "run")
         folder.make()
         ((_, outcome),) = finish([resident(limits)], iter([WorkerTask(0, str(task.path), (task, folder))]))
         if isinstance(outcome, InputError):
-            kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that disk is not the run's
+            kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that is not the disk of the run
             outcome = kind(str(outcome).replace(str(task.path), task.name))
         entries = (folder.partial / KIND).rglob("*.npz")
         return TaskResult(outcome=outcome, settled={entry.stem: entry.read_bytes() for entry in entries})
 
 
 def resident(limits: ObjectLimits) -> Worker:
-    """Return this thread's worker process, which stays for the next task."""
+    """Return the worker process of this thread, which is kept for the next task."""
     workers = _residents.__dict__.setdefault("workers", {})
     if limits not in workers:
-        multiprocessing.current_process().daemon = False  # Dask's workers are, and then may have no children
+        multiprocessing.current_process().daemon = False  # Dask's workers are daemons, which must not have children
         workers[limits] = Worker(settled_rows, limits.seconds, verbose=False, memory_limit=limits.memory)
     return workers[limits]
 
@@ -86,14 +86,14 @@ _residents = threading.local()
 def on_executor(
     executor: Executor, folder: RunFolder, limits: ObjectLimits | None = None, *, shared_path: bool = False
 ) -> Callable[[Sequence[SimulationTask]], Outcomes]:
-    """Return what does a batch's tasks on an executor: the ``work`` of `batch.run_batch`.
+    """Return a function that does the tasks of a batch on an executor, for ``work`` of `batch.run_batch`.
 
     Parameters
     ----------
     executor : concurrent.futures.Executor
-        Of threads, processes, or a cluster; its workers have this package.
+        Of threads, processes, or a cluster; this package must be installed where its workers run.
     folder : RunFolder
-        Of the batch; on this machine alone.
+        Of the batch; accessed on this machine only.
     shared_path : bool
         Whether the workers find the objects' files at the same path; else files are sent.
     """
@@ -126,30 +126,30 @@ def outcomes(
 
 
 def received(future: Future, task: SimulationTask, folder: RunFolder) -> list[LedgerRow] | InputError:
-    """Return the outcome of a task that is done, its files put into the folder."""
+    """Write the files of a finished task to the folder, and return its outcome."""
     try:
-        delivery = future.result()
+        result = future.result()
     except CancelledError as error:
         raise InputError("the cluster is lost: its scheduler is gone; what is done is kept, begin again") from error
-    except Exception as error:  # of the executor: its worker was lost again and again, say
+    except Exception as error:  # of the executor, as when its worker was lost repeatedly
         return Crashed(f"{task.path}: expected a result, but its worker was lost; {type(error).__name__}: {error}")
-    for run, content in delivery.settled.items():
-        folder.put_bytes(run, content)
-    return delivery.outcome
+    for run, content in result.settled.items():
+        folder.put(run, content)
+    return result.outcome
 
 
 @dataclass(frozen=True, kw_only=True)
 class DaskExecutor(Executor):
     """The executor of a Dask client.
 
-    That of ``Client.get_executor`` gathers a result and looks at the task's status after that: if the worker that held
-    the result is lost in between, it takes the result for an error that it cannot unpack.
+    The executor of ``Client.get_executor`` gathers a result before it checks the status of the task: if the worker with
+    the result is lost in between, it mistakes the result for an error.
     """
 
     client: Client
 
     def submit(self, function: Callable, /, *arguments: Any) -> Future:
-        """Return the future of a call on some worker; cancelling it cancels the call."""
+        """Return the future of a call on a worker; cancelling it cancels the call."""
         local, remote = Future(), self.client.submit(function, *arguments, pure=False)
         local.add_done_callback(lambda done: remote.cancel() if done.cancelled() else None)
         remote.add_done_callback(lambda done: pass_on(done, local))
@@ -157,11 +157,11 @@ class DaskExecutor(Executor):
 
 
 def pass_on(remote: Any, local: Future):
-    """Give what came of a Dask future to another one, unless nobody wants it any more."""
+    """Pass the result or the error of a Dask future on to another future, unless that was cancelled."""
     if local.set_running_or_notify_cancel():
         try:
             local.set_result(remote.result())
-        except Exception as error:  # whatever the call raised, or that it was cancelled: for who asks
+        except Exception as error:  # any error of the call, or its cancellation
             local.set_exception(error)
 
 
@@ -169,7 +169,7 @@ def pass_on(remote: Any, local: Future):
 def on_scheduler(
     address: str, folder: RunFolder, limits: ObjectLimits, *, shared_path: bool = False
 ) -> Iterator[Callable[[Sequence[SimulationTask]], Outcomes]]:
-    """Give what does a batch's tasks on a Dask cluster, whose workers may come and go.
+    """Yield a function that does the tasks of a batch on a Dask cluster, whose workers may come and go.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def on_scheduler(
     """
     with explaining("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'", ImportError):
         from distributed import Client
-    logging.getLogger("distributed.client").setLevel(logging.ERROR)  # a lost worker's task is done again, unasked
+    logging.getLogger("distributed.client").setLevel(logging.ERROR)  # Dask repeats the task of a lost worker by itself
     with explaining(f"--scheduler {address}: expected a Dask scheduler that answers", OSError, ValueError, why="; "):
         client = Client(address, timeout=PATIENCE)
     with client:

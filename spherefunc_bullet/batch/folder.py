@@ -1,7 +1,7 @@
-"""A run's folder: the ledger, and every settled sphere in a file named for all that decides it.
+"""The folder of a run: the ledger, and the settled spheres in files named by a hash of all that determines them.
 
-``partial/`` holds what workers wrote and nobody has synced yet: whole, since it was renamed into place, but gone or
-garbled if the power fails. ``settled/`` holds what is on the disk for certain; only that gets its row in the ledger.
+``partial/`` holds files of workers that are not synced yet: complete, since they were renamed into place, but lost or
+damaged if the power fails. ``settled/`` holds files that are synced to the disk; only these get a row in the ledger.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ import numpy as np
 
 from ..errors import FAILURES, InputError
 from ..formats.files import write_whole, writing
-from ..formats.npz import entry_path, packed, read_entry
+from ..formats.npz import entry_path, read_entry
 from .ledger import DONE, WAITING, Ledger, LedgerRow
 
 KIND = "settled"
 
 
 class FullDisk(InputError):
-    """Nothing more can be kept: the end of the run, and no object's failure."""
+    """Nothing more can be written, which ends the run and is not the failure of an object."""
 
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Where a run keeps what it does; the same layout as the cache's, so that it can be one."""
+    """The folder of a run, with the same layout as the cache, so that it can be used as one."""
 
     path: Path
 
@@ -44,15 +44,15 @@ class RunFolder:
         return Ledger(self.path / "ledger.sqlite", make=make)
 
     def make(self):
-        """Make the folder, without the scratch files of processes that are gone."""
+        """Make the folder, and delete the scratch files of processes that have ended."""
         with writing(self.path, "a folder"):
             self.partial.mkdir(parents=True, exist_ok=True)
         self.sweep()
 
     def sweep(self):
-        """Throw away the scratch files of processes that are gone.
+        """Delete the scratch files of processes that have ended.
 
-        When a call begins, a worker of one that was killed may still be on its way out; so when a call ends as well.
+        This is done at the end of a call as well, since workers of a killed call may still be ending at its beginning.
         """
         with writing(self.path, "a folder"):
             for scratch in self.partial.rglob("*.tmp"):
@@ -64,22 +64,18 @@ class RunFolder:
         return entry_path(KIND, run, self.path)
 
     def find(self, run: str) -> dict[str, np.ndarray] | None:
-        """Return a run's arrays, kept or still partial; None if there are none that are whole."""
+        """Return the arrays of a run, kept or still partial; None if there is no complete file."""
         arrays = read_entry(self.entry(run))
         return read_entry(entry_path(KIND, run, self.partial)) if arrays is None else arrays
 
-    def put(self, run: str, arrays: dict[str, np.ndarray]):
-        """Write a run's arrays, not synced."""
-        self.put_bytes(run, packed(arrays))
-
-    def put_bytes(self, run: str, content: bytes):
-        """Write the file of a run's arrays, not synced."""
+    def put(self, run: str, content: bytes):
+        """Write the content of the file of a run's arrays, without syncing."""
         path = entry_path(KIND, run, self.partial)
         with writing(path, kind=FullDisk):
             write_whole(path, content)
 
     def keep(self, run: str) -> dict[str, int]:
-        """Sync the file of a run's arrays and move it to where it is kept; return its size and time."""
+        """Sync the file of a run's arrays, move it to its final place, and return its size and time."""
         partial, entry = entry_path(KIND, run, self.partial), self.entry(run)
         with writing(entry, kind=FullDisk):
             if partial.is_file() and not (entry.is_file() and read_entry(entry)):
@@ -92,13 +88,13 @@ class RunFolder:
 
 
 def size_and_time(path: Path) -> dict[str, int]:
-    """Return what the ledger has of the file of a run's centres."""
+    """Return the size and the time of the file of a run's centres, as columns of the ledger."""
     about = path.stat()
     return {"bytes": about.st_size, "kept": about.st_mtime_ns}
 
 
 def sync(path: Path):
-    """Have the disk hold what a file or a folder holds."""
+    """Sync a file or a folder to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -112,7 +108,7 @@ def digest(centers: np.ndarray) -> str:
 
 
 def is_alive(process: int) -> bool:
-    """Return whether a process of this number runs on this machine."""
+    """Return whether a process with this number runs on this machine."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -123,7 +119,7 @@ def is_alive(process: int) -> bool:
 
 
 def is_zombie(process: int) -> bool:
-    """Return whether a process has ended and waits for its parent to notice, where the system tells: on Linux."""
+    """Return whether a process has ended and its parent has not noticed yet, which is known on Linux only."""
     try:
         about = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace")
     except OSError:
@@ -132,7 +128,7 @@ def is_zombie(process: int) -> bool:
 
 
 ROWS_AT_ONCE = 1000  # in a transaction
-RANK = {WAITING: 0, DONE: 2}  # of what two ledgers say, the higher counts; between them: failed
+RANK = {WAITING: 0, DONE: 2}  # the row of two ledgers with the higher rank counts; failed rows are between these
 
 
 def merge_runs(
@@ -140,23 +136,25 @@ def merge_runs(
 ) -> dict[str, int]:
     """Copy the rows and settled centres of runs into another run, which may hold some already.
 
-    Cut off, it is called again. A row that is done replaces one that failed, and that one that waits. Centres are
-    copied only if they are what their row says; otherwise the row waits, and a batch on the target simulates it.
+    If it is interrupted, it can be called again. A row that is done replaces one that failed, and that replaces one
+    that waits. Centres are copied only if they agree with their row; otherwise the row waits, and a batch on the target
+    simulates it.
 
     Parameters
     ----------
     failed : callable
-        Takes what could not be joined: runs that disagree about the same object, centres that are damaged.
+        Gets an error for each object on which runs disagree, or whose centres are damaged.
 
     Returns
     -------
     dict
-        How many runs were joined, rows taken over, and rows left alone, since the target had them.
+        The number of runs that were joined, of rows that were copied (``merged``), and of rows that the target had
+        already (``kept``).
 
     Raises
     ------
     InputError
-        If a source is no run, or the target cannot be written.
+        If a source is not a run, or the target cannot be written.
     """
     counts = {"runs": len(sources), "merged": 0, "kept": 0}
     target.make()
@@ -164,34 +162,34 @@ def merge_runs(
         ledger.check()
         for source in sources:
             with source.ledger() as other:
-                for rows in taken_over(source, other, target, ledger, failed, counts):
+                for rows in copied_rows(source, other, target, ledger, failed, counts):
                     ledger.write(rows)
     return counts
 
 
-def taken_over(
+def copied_rows(
     source: RunFolder, other: Ledger, target: RunFolder, ledger: Ledger, failed: Callable, counts: dict[str, int]
 ) -> Iterator[list[LedgerRow]]:
-    """Yield the rows that the target's ledger is to get, some at a time, once their centres are copied."""
+    """Yield the rows for the ledger of the target, in portions, after their centres are copied."""
     for number, way in other.ways().items():
         ours = ledger.number(way)
         known = {row.object: row for row in ledger.rows([ours])}
         rows = []
         for row in other.rows([number]):
-            moved = joined(replace(row, way=ours), known.get(row.object), source, target, failed)
-            counts["kept" if moved is None else "merged"] += 1
-            rows += [moved] if moved is not None else []
+            copied = copied_row(replace(row, way=ours), known.get(row.object), source, target, failed)
+            counts["kept" if copied is None else "merged"] += 1
+            rows += [copied] if copied is not None else []
             if len(rows) == ROWS_AT_ONCE:
                 yield rows
                 rows = []
         yield rows
 
 
-def joined(
+def copied_row(
     row: LedgerRow, known: LedgerRow | None, source: RunFolder, target: RunFolder, failed: Callable
 ) -> LedgerRow | None:
-    """Return the row that the target gets, None if it has as good a one."""
-    if known is not None and rank(known) >= rank(row):
+    """Return a row for the target, after its centres are copied; None if the target's own row ranks as high."""
+    if known is not None and RANK.get(known.outcome, 1) >= RANK.get(row.outcome, 1):
         if known.outcome == row.outcome == DONE and known.digest != row.digest:
             other = f"expected the same spheres in every run, {source.path} has others"
             failed(InputError(f"{row.object}: {other}; left out"))
@@ -202,16 +200,11 @@ def joined(
     if arrays is None or "centers" not in arrays or digest(arrays["centers"]) != row.digest:
         failed(InputError(f"{row.object}: expected its spheres in {source.path}, they are damaged; simulate it again"))
         return LedgerRow(object=row.object, way=row.way)
-    target.put_bytes(row.run, source.entry(row.run).read_bytes())
+    target.put(row.run, source.entry(row.run).read_bytes())
     return replace(row, **target.keep(row.run))
 
 
-def rank(row: LedgerRow) -> int:
-    """Return how much a row is worth: one that is done the most, one that waits the least."""
-    return RANK.get(row.outcome, 1)
-
-
-# Of an object, from the outcomes of its rows.
+# The state of an object, from the outcomes of its rows.
 STATE = f"CASE WHEN max(outcome = '{WAITING}') THEN 'waiting' WHEN min(outcome = '{DONE}') THEN 'done'"
 STATE += " ELSE 'failed' END"
 REASONS = 20  # failures that are listed
@@ -225,8 +218,8 @@ def status(ledger: Ledger) -> dict[str, Any]:
     dict
         ``objects``, ``done``, ``failed`` and ``waiting`` count objects, ``runs`` their rows by outcome;
         ``seconds`` of simulation and ``bytes`` of centres so far; ``rate`` in runs per second since the last call
-        began; ``seconds_left`` at that rate, None while it is unknown or nothing runs; ``running`` whether a call is at
-        work, None where only another machine could tell.
+        began; ``seconds_left`` at that rate, None while it is unknown or nothing runs; ``running`` whether a call is
+        running, None if that is known on another machine only.
     """
     by_object = f"SELECT {STATE} AS state FROM runs GROUP BY object"
     states = dict(ledger.query(f"SELECT state, count(*) FROM ({by_object}) GROUP BY state"))
@@ -250,7 +243,7 @@ def status(ledger: Ledger) -> dict[str, Any]:
 
 
 def is_running(ledger: Ledger) -> bool | None:
-    """Return whether some call is at work: one that has not ended and whose process lives; None: on another machine."""
+    """Return whether a call is running: it has not ended and its process lives; None if it is on another machine."""
     answers = {
         is_alive(process) if host == socket.gethostname() else None
         for host, process in ledger.query("SELECT host, process FROM calls WHERE ended IS NULL")

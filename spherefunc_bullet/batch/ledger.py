@@ -1,8 +1,7 @@
 """The ledger of a batch: one row for every object and way to simulate it, in SQLite.
 
-A row waits, is done, or failed for a reason. Rows are written in transactions that are on the disk before they
-count, so that a reader, and whoever comes after a crash, sees all of a row or nothing; and readers do not wait
-for the writer, nor it for them (write-ahead log).
+A row is waiting, done, or failed with a reason. Rows are written in transactions, so that a reader, also after a crash,
+sees a complete row or none. Readers and the writer do not wait for each other (write-ahead log).
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +51,7 @@ WAITING, DONE = "waiting", "done"
 
 @dataclass(frozen=True, kw_only=True)
 class RunConfig:
-    """How an object is simulated: all that decides the result but the object."""
+    """How an object is simulated: all that determines the result except the object."""
 
     backend: str
     settings: str  # JSON
@@ -62,7 +61,7 @@ class RunConfig:
 
 @dataclass(frozen=True, kw_only=True)
 class LedgerRow:
-    """One object simulated in one way, or why it could not be."""
+    """The result of one run, or the reason why it failed."""
 
     object: str
     way: int
@@ -81,8 +80,8 @@ class LedgerRow:
     finished: float | None = None
 
 
-NAMES = tuple(column.name for column in fields(LedgerRow))
-COLUMNS = ", ".join(NAMES)
+WAY_NAMES, NAMES = (tuple(column.name for column in fields(kind)) for kind in (RunConfig, LedgerRow))
+WAY_COLUMNS, COLUMNS = ", ".join(WAY_NAMES), ", ".join(NAMES)
 VALUES = ", ".join(f":{name}" for name in NAMES)
 
 
@@ -116,7 +115,7 @@ class Ledger:
                 self.connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA} COMMIT;")
 
     def check(self):
-        """Refuse a ledger with damaged pages before a night is built on it."""
+        """Raise InputError if the ledger has damaged pages, before a long run relies on it."""
         with self.refusing():
             verdict = self.connection.execute("PRAGMA quick_check(1)").fetchone()[0]
         if verdict != "ok":
@@ -124,7 +123,7 @@ class Ledger:
 
     @contextmanager
     def refusing(self) -> Iterator[None]:
-        """Turn what SQLite raises into a line for the user."""
+        """Raise InputError for errors of SQLite and of the file."""
         try:
             yield
         except (sqlite3.Error, OSError) as error:
@@ -132,7 +131,7 @@ class Ledger:
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:
-        """Make everything within one transaction."""
+        """Make all changes within one transaction."""
         with self.refusing():
             self.connection.execute("BEGIN IMMEDIATE")
             try:
@@ -149,56 +148,51 @@ class Ledger:
             return self.connection.execute(sql, values).fetchall()
 
     def number(self, way: RunConfig) -> int:
-        """Return a way's number, which it gets the first time."""
-        names, values = ", ".join(asdict(way)), tuple(asdict(way).values())
+        """Return the number of a run configuration, which is added if it is new."""
         with self.writing() as connection:
-            connection.execute(f"INSERT OR IGNORE INTO ways ({names}) VALUES (?, ?, ?, ?)", values)
+            connection.execute(f"INSERT OR IGNORE INTO ways ({WAY_COLUMNS}) VALUES (?, ?, ?, ?)", astuple(way))
         (number,) = self.numbers([way])
         return number
 
     def numbers(self, ways: Iterable[RunConfig]) -> list[int]:
-        """Return the numbers of those ways that have one."""
-        sql = f"SELECT way FROM ways WHERE ({', '.join(column.name for column in fields(RunConfig))}) = (?, ?, ?, ?)"
-        return [number for way in ways for (number,) in self.query(sql, tuple(asdict(way).values()))]
+        """Return the numbers of the run configurations that have one."""
+        sql = f"SELECT way FROM ways WHERE ({WAY_COLUMNS}) = (?, ?, ?, ?)"
+        return [number for way in ways for (number,) in self.query(sql, astuple(way))]
 
     def ways(self) -> dict[int, RunConfig]:
-        """Return all ways by their number."""
-        names = [column.name for column in fields(RunConfig)]
-        rows = self.query(f"SELECT way, {', '.join(names)} FROM ways ORDER BY way")
-        return {number: RunConfig(**dict(zip(names, values, strict=True))) for number, *values in rows}
+        """Return all run configurations by their numbers."""
+        rows = self.query(f"SELECT way, {WAY_COLUMNS} FROM ways ORDER BY way")
+        return {number: RunConfig(**dict(zip(WAY_NAMES, values, strict=True))) for number, *values in rows}
 
     def expect(self, objects: Iterable[str], ways: Sequence[int]):
-        """Have a waiting row for every object and way that has none."""
+        """Add a waiting row for every object and run configuration that has none."""
         with self.writing() as connection:
             rows = ((name, way) for name in objects for way in ways)
             connection.executemany("INSERT OR IGNORE INTO runs (object, way) VALUES (?, ?)", rows)
 
     def rows(self, ways: Sequence[int]) -> Iterator[LedgerRow]:
-        """Return the rows of these ways, by object."""
+        """Return the rows of these run configurations, ordered by object."""
         marks = ", ".join("?" * len(ways))
         for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
             yield LedgerRow(**dict(zip(NAMES, values, strict=True)))
 
     def failures(self, ways: Iterable[RunConfig]) -> list[LedgerRow]:
-        """Return the rows that failed in one of these ways."""
+        """Return the rows of these run configurations that failed."""
         return [row for row in self.rows(self.numbers(ways)) if row.outcome not in (WAITING, DONE)]
 
     def write(self, rows: Iterable[LedgerRow]):
-        """Write rows in place of those of the same objects and ways, all or none of them."""
+        """Write all of the rows or none, replacing those of the same objects and run configurations."""
         with self.writing() as connection:
             connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))
 
     def begin_call(self, about: dict[str, Any]):
-        """Note that a batch begins to work on this ledger."""
+        """Record that a batch begins to work on this ledger."""
+        sql = f"INSERT INTO calls (started, {', '.join(about)}) VALUES (?, ?, ?, ?, ?)"
         with self.writing() as connection:
-            names = ", ".join(about)
-            cursor = connection.execute(
-                f"INSERT INTO calls (started, {names}) VALUES (?, ?, ?, ?, ?)", (time.time(), *about.values())
-            )
-            self.call = cursor.lastrowid
+            self.call = connection.execute(sql, (time.time(), *about.values())).lastrowid
 
     def end_call(self):
-        """Note that it came to its end."""
+        """Record that this call has ended."""
         with self.writing() as connection:
             connection.execute("UPDATE calls SET ended = ? WHERE rowid = ?", (time.time(), self.call))
 

@@ -1,4 +1,4 @@
-"""From a data set to settled spheres and labels, whatever happens to single files."""
+"""From a data set to settled spheres and labels; files that cannot be used are left out."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ class Simulated:
     records: tuple[ObjectRecord, ...]
 
     def __add__(self, other: Simulated) -> Simulated:
-        """The objects of both, under this one's name."""
+        """Return the objects of both, with the name of this one."""
         return Simulated(self.name, self.objects + other.objects, self.records + other.records)
 
     @property
     def settled(self) -> list[DropsByRadius]:
+        """The drops of each object by radius."""
         return [record.settled for record in self.records]
 
 
@@ -40,13 +41,13 @@ def simulate_dataset(
     run: Path | None = None,
     failed: Callable[[InputError], None],
 ) -> Simulated:
-    """Simulate every object of a data set; a file that cannot be used goes to ``failed`` and is left out.
+    """Simulate every object of a data set; files that cannot be used are left out, and their errors go to ``failed``.
 
     Parameters
     ----------
     run : path, optional
-        A run directory of `batch` in place of the cache: what it holds is not simulated again, and what failed
-        there is not tried again.
+        A run directory of `batch`, used in place of the cache: its runs are not simulated again, and objects that
+        failed there are not tried again.
 
     Raises
     ------
@@ -67,18 +68,18 @@ def simulate_by_all(
 ) -> list[Simulated]:
     """Return the results of `simulate_dataset` for each of several drop configs; each file is loaded once.
 
-    Of one that no object is left for, it has none; see `require_some`.
+    A result without objects is no error here; see `require_some`.
 
     Parameters
     ----------
     failed : sequence of callable
-        For each dropping, what is given the error of each file.
+        For each drop config, a function that gets the error of each file.
     """
     known = [{} if run is None else known_failures(run, dataset, drop_config) for drop_config in drop_configs]
-    for own, tell in zip(known, failed, strict=True):
-        for error in own.values():
-            tell(error)
-    missing = [[way for way, own in enumerate(known) if item.path not in own] for item in dataset.objects]
+    for errors, report in zip(known, failed, strict=True):
+        for error in errors.values():
+            report(error)
+    missing = [[way for way, errors in enumerate(known) if item.path not in errors] for item in dataset.objects]
     left = [index for index, ways in enumerate(missing) if ways]
     tasks = [(dataset.objects[index].path, [drop_configs[way] for way in missing[index]]) for index in left]
     records: list[dict[int, ObjectRecord]] = [{} for _ in drop_configs]
@@ -97,13 +98,7 @@ def simulate_by_all(
 
 
 def require_some(simulated: Simulated) -> Simulated:
-    """Return what was simulated if there is any.
-
-    Raises
-    ------
-    InputError
-        If no object is left.
-    """
+    """Return a simulated data set; InputError if no object is left in it."""
     if not simulated.records:
         raise InputError(f"{simulated.name}: expected at least one object that can be simulated, got none")
     return simulated

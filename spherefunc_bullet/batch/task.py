@@ -1,18 +1,17 @@
-"""A batch's task: one object at the radii that are missing, what a worker makes of it, and what is kept of that."""
+"""The task of a batch: one object at the radii that are missing, its simulation in a worker, and its ledger rows."""
 
 from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, Unexpected
-from ..formats.npz import read_entry
+from ..errors import InputError, Unexpected, one_line
+from ..formats.npz import packed, read_entry
 from ..formats.sources import Source, as_source
 from ..settling.cached_runs import DropConfig
 from ..settling.drops import drops_from_rows
@@ -23,14 +22,17 @@ from .ledger import DONE, WAITING, LedgerRow
 def valid_row(
     row: LedgerRow, path: Path, folder: RunFolder, drop_config: DropConfig, retry_failed: bool
 ) -> LedgerRow | None:
-    """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
+    """Return a row if its object is unchanged and its centres are there, else None.
 
-    Sizes and times tell; where they differ, as after a copy, the contents do, and the row notes the new ones.
+    Files are compared by size and time; if these differ, as after a copy, by content, and the row gets the new ones.
     """
     if row.outcome == WAITING or (row.outcome != DONE and retry_failed):
         return None
     stamp = source_stamp(path)
-    if row.source != stamp and not same_content(row, path, drop_config):
+    try:
+        if row.source != stamp and drop_config.content_hash(path) != row.content:
+            return None
+    except InputError:
         return None
     if row.outcome != DONE:
         return replace(row, source=stamp)
@@ -38,25 +40,17 @@ def valid_row(
     return about and replace(row, source=stamp, **about)
 
 
-def same_content(row: LedgerRow, path: Path, drop_config: DropConfig) -> bool:
-    """Return whether a file holds what it held when a row was written."""
-    try:
-        return drop_config.content_hash(path) == row.content
-    except InputError:
-        return False
-
-
 def source_stamp(path: Path) -> str:
-    """Return the size and time of an object's file, and of each that it names; empty if one is not there."""
+    """Return the size and time of an object's file and of each file that it names; empty if one is missing."""
     try:
         about = [part.path.stat() for part in as_source(path).parts()]
-    except (OSError, ValueError):  # InputError is a ValueError, and so is a name that no file can have
+    except (OSError, ValueError):  # InputError is a ValueError, as is the error for an impossible file name
         return ""
     return " ".join(f"{file.st_size} {file.st_mtime_ns}" for file in about)
 
 
 def valid_file_row(row: LedgerRow, folder: RunFolder) -> dict[str, int] | None:
-    """Return size and time of the file of a row's centres; what is not that file is thrown away."""
+    """Return the size and time of the file with the centres of a row; another file in its place is deleted."""
     path = folder.entry(row.run)
     try:
         now = size_and_time(path)
@@ -73,49 +67,45 @@ def valid_file_row(row: LedgerRow, folder: RunFolder) -> dict[str, int] | None:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationTask:
-    """What a worker is to do: one object at the radii that are missing."""
+    """The task of a worker: one object at the radii that are missing."""
 
     path: Path
     name: str
     radii: dict[int, float]  # way in the ledger -> metres
     drop_config: DropConfig
-    source: Source | None = None  # with its content, of a task that travels
+    source: Source | None = None  # with its content, if the task is sent to another machine
 
 
 def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
-    """Return the rows of one object, simulating what the folder lacks; called in a worker.
+    """Return the rows of one object, simulating runs that are missing in the folder; called in a worker.
 
     Raises
     ------
     InputError
-        If the file cannot be used, the disk is full, or something is wrong with us or the backend.
+        If the file cannot be used, the disk is full, or this package or the backend has an error.
     """
+    rows = []
     try:
         source = task.source or as_source(task.path)
         content, cloud = task.drop_config.content_hash(source), cache(lambda: task.drop_config.cloud(source))
-        return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
+        for way, radius in task.radii.items():
+            run = task.drop_config.run_hash(content, radius)
+            arrays = folder.find(run)
+            if arrays is None:
+                arrays = task.drop_config.run(cloud(), radius)
+                folder.put(run, packed(arrays))
+            rows.append(done_row(task, way, content, run, arrays))
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # whatever a backend makes of this object, the others are still to be done
+    except Exception as error:  # an error of the backend with this object must not end the run
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}, line {last.lineno}"
         raise Unexpected(f"{task.path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
-
-
-def settled_row(
-    task: SimulationTask, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder
-) -> LedgerRow:
-    """Return the row of one run, from the folder or simulated now."""
-    run = task.drop_config.run_hash(content, radius)
-    arrays = folder.find(run)
-    if arrays is None:
-        arrays = task.drop_config.run(cloud(), radius)
-        folder.put(run, arrays)
-    return done_row(task, way, content, run, arrays)
+    return rows
 
 
 def done_row(task: SimulationTask, way: int, content: str, run: str, arrays: dict[str, np.ndarray]) -> LedgerRow:
-    """Return what the ledger says of settled centres."""
+    """Return the ledger row of a run that is done."""
     return LedgerRow(
         object=task.name,
         way=way,
@@ -131,32 +121,26 @@ def done_row(task: SimulationTask, way: int, content: str, run: str, arrays: dic
 
 
 def rows_to_record(task: SimulationTask, outcome: list[LedgerRow] | InputError, folder: RunFolder) -> list[LedgerRow]:
-    """Return a task's rows as they are to be written, once all that they tell of is on the disk for certain."""
+    """Return the rows of a task as they are written to the ledger, after their files are synced to the disk."""
     if isinstance(outcome, FullDisk):
         raise outcome
     stamp, now = source_stamp(task.path), time.time()
     rows = outcome if isinstance(outcome, list) else failed_rows(task, outcome, folder)
-    return [replace(row, source=stamp, finished=now, **kept(row, folder)) for row in rows]
-
-
-def kept(row: LedgerRow, folder: RunFolder) -> dict[str, int]:
-    """Keep the centres of a row, if it has any, and return the size and time of their file."""
-    return folder.keep(row.run) if row.outcome == DONE else {}
+    rows = [replace(row, **folder.keep(row.run)) if row.outcome == DONE else row for row in rows]
+    return [replace(row, source=stamp, finished=now) for row in rows]
 
 
 def failed_rows(task: SimulationTask, error: InputError, folder: RunFolder) -> list[LedgerRow]:
-    """Return the rows of an object that failed: done are the radii that it had finished before."""
+    """Return the rows of an object that failed; radii that were finished before the failure are done."""
     try:
         content = task.drop_config.content_hash(task.path)
     except InputError:
         content = None
+    line = one_line(str(error).replace(str(task.path), task.name))
     rows = []
     for way, radius in task.radii.items():
         run = content and task.drop_config.run_hash(content, radius)
         arrays = folder.find(run) if run else None
-        if arrays is None:
-            line = " ".join(str(error).replace(str(task.path), task.name).split())
-            rows.append(LedgerRow(object=task.name, way=way, outcome=error.outcome, content=content, error=line))
-        else:
-            rows.append(done_row(task, way, content, run, arrays))
+        failed = LedgerRow(object=task.name, way=way, outcome=error.outcome, content=content, error=line)
+        rows.append(failed if arrays is None else done_row(task, way, content, run, arrays))
     return rows

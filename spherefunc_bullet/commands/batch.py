@@ -29,9 +29,7 @@ class RunOrMerge(TyperGroup):
 
 HELP = "Simulate a data set; can be resumed, and survives crashes. `batch merge` joins runs."
 app = typer.Typer(cls=RunOrMerge, help=HELP)
-Run = Annotated[
-    Path, typer.Option("--run", metavar="DIR", help="Folder of the run, for its ledger and settled spheres.")
-]
+Run = Annotated[Path, typer.Option("--run", metavar="DIR", help="Folder for the run's ledger and settled spheres.")]
 
 
 @app.command("run", hidden=True)

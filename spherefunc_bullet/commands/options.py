@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 
 Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")]
-Standing = Annotated[
-    list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
-]
+Standing = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they stand.")]
 Model = Annotated[Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")]
 Backend = Annotated[str, typer.Option(help="Simulator that drops the spheres; `spherefunc backends` lists them.")]
 Shape = Annotated[str | None, typer.Option(help="Collision shape (bullet only).")]
