@@ -24,8 +24,8 @@ from .regions import seat_surface, surface_of
 from .shelves import shelf_places
 from .sitting import sit_places
 
-NO_SEAT = 0.2  # a score below which an object is surely none: a high box has a level top as well
-UNKNOWN = 0.5  # the score of a function that nobody was asked about
+NO_SEAT = 0.2  # score below which an object is surely not a seat: a high box has a level top as well
+UNKNOWN = 0.5  # score of a function that is not known
 
 
 def places_of(
@@ -36,12 +36,12 @@ def places_of(
     Parameters
     ----------
     put : Cloud, optional
-        An object for which poses are looked for, standing as it is.
+        An object for which poses are searched, as it stands.
     scores : mapping, optional
-        Of each function, 0 to 1, as `Answer.scores` has them: a place of a function that the object has not is
-        worth less.
+        Of each function, 0 to 1, as in `Answer.scores`: places of functions that the object does not have get lower
+        scores.
     person : float, metres
-        How tall a sitter is.
+        Height of a sitter.
     """
     surface = surface_of(cloud)
     known = {} if scores is None else scores
@@ -52,18 +52,16 @@ def places_of(
         *shelf_places(cloud, surface, put, LOWEST),
         *pour_places(cloud),
     ]
-    weighed = [replace(place, score=weighed_score(place, known)) for place in found]
-    return sorted(weighed, key=worth)
+    weighted = [
+        replace(place, score=float(np.sqrt(place.score * known[place.function]))) if place.function in known else place
+        for place in found
+    ]
+    return sorted(weighted, key=rank)
 
 
-def worth(place: Place) -> tuple[float, float]:
-    """Return what places are sorted by: of those that are as good as each other, the largest is first."""
+def rank(place: Place) -> tuple[float, float]:
+    """Return the key by which places are sorted: the highest score first, and the largest area of equal scores."""
     return -round(place.score, 2), -place.area
-
-
-def weighed_score(place: Place, scores: Mapping[str, float]) -> float:
-    """Return the score of a place on an object of which the score of each function is known."""
-    return float(np.sqrt(place.score * scores[place.function])) if place.function in scores else place.score
 
 
 def places_in_input(
@@ -75,7 +73,7 @@ def places_in_input(
 
 
 def cloud_and_frame(anything: Anything, *, units: str = "m", up: str = BY_FILE) -> tuple[Cloud, Similarity]:
-    """Return the cloud of an object, and what takes its frame to that of the input; see `as_cloud`."""
+    """Return the cloud of an object, and the transformation from its frame to that of the input; see `as_cloud`."""
     if isinstance(anything, Cloud):
         return anything, IDENTITY
     name = anything if isinstance(anything, str | Path) else "cloud"
@@ -87,13 +85,13 @@ def cloud_and_frame(anything: Anything, *, units: str = "m", up: str = BY_FILE) 
     return cloud, similarity_between(cloud.points, geometry.vertices[seen])
 
 
-# What a proof that failed leaves of a score: the share of objects that are seats where the best place to sit did not
-# hold, by that share of all that have one (`python -m spherefunc_bullet.compare.places proofs`; of places to put and to
-# pour none failed there).
+# Factor of a score after a failed proof: the share of seats among objects whose best place to sit did not hold, divided
+# by that share among all objects with such a place (`python -m spherefunc_bullet.compare.places proofs`; no places to
+# put and to pour failed there).
 LEFT = 0.36
 TRIED_POSES = 3  # of a region
-TRIED_HEADINGS = 4  # where all headings are as good
-DISC = 0.04, 0.08  # metres: radius and height of what is put down where no object is given
+TRIED_HEADINGS = 4  # if all headings are equally good
+DISC = 0.04, 0.08  # metres, radius and height of the cylinder that is put down if no object is given
 
 
 def proven(
@@ -104,9 +102,10 @@ def proven(
     put: Cloud | None = None,
     seed: int = 0,
 ) -> list[Place]:
-    """Return places, in the cloud's frame, with what became of them when they were used; the best first.
+    """Return places, in the cloud's frame, with proofs from using them; the best first.
 
-    Where the best place of a kind did not hold, that tells against the object's function, so all of that kind lose.
+    If the best place of a kind does not hold, the object probably lacks the function, so all places of that kind get
+    lower scores.
 
     Parameters
     ----------
@@ -125,9 +124,9 @@ def proven(
     best = {place.kind: row for row, place in reversed(list(enumerate(places)))}
     results = []
     for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
-        failed = sum(not proofs[row_number].holds for row_number in {row, best[place.kind]})
+        failed = sum(not proofs[number].holds for number in {row, best[place.kind]})
         results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
-    return sorted(results, key=worth)
+    return sorted(results, key=rank)
 
 
 def proof_of(backend: str, verdicts: Sequence[ProofResult]) -> Proof:
@@ -138,11 +137,10 @@ def proof_of(backend: str, verdicts: Sequence[ProofResult]) -> Proof:
 
 
 def uses_of(place: Place, put: Cloud | None) -> list[Use]:
-    """Return what is tried at a place, in the cloud's frame."""
+    """Return the uses that are tried at a place, in the cloud's frame."""
     if place.kind == "sit":
-        headings = (
-            360.0 / TRIED_HEADINGS * np.arange(TRIED_HEADINGS) if place.heading_deg is None else [place.heading_deg]
-        )
+        every = 360.0 / TRIED_HEADINGS * np.arange(TRIED_HEADINGS)
+        headings = every if place.heading_deg is None else [place.heading_deg]
         return [SitUse(position=place.position, heading=float(np.radians(heading))) for heading in headings]
     if place.kind == "put":
         return [PutUse(cloud=put or disc(), pose=pose) for pose in (place.poses or (standing(place),))[:TRIED_POSES]]
@@ -151,7 +149,7 @@ def uses_of(place: Place, put: Cloud | None) -> list[Use]:
 
 
 def standing(place: Place) -> np.ndarray:
-    """Return the pose (4, 4) of what stands at a place as the surface is there."""
+    """Return the pose (4, 4) of an object that stands on the surface of a place."""
     from ..simulator.statics.facets import turned_down
 
     pose = np.eye(4)
@@ -162,12 +160,11 @@ def standing(place: Place) -> np.ndarray:
 
 @cache
 def disc() -> Cloud:
-    """Return a cylinder that stands for whatever is put down."""
+    """Return a cylinder, the object that is put down if none is given."""
     angles = np.arange(24) * 2 * np.pi / 24
     circle = DISC[0] * np.column_stack([np.cos(angles), np.sin(angles)])
     corners = np.vstack([np.column_stack([circle, np.full(24, height)]) for height in (0.0, DISC[1])])
-    sides = [(a, b, 24 + b) for a, b in pairwise([*range(24), 0])] + [
-        (a, 24 + b, 24 + a) for a, b in pairwise([*range(24), 0])
-    ]
+    edges = list(pairwise([*range(24), 0]))
+    sides = [(a, b, 24 + b) for a, b in edges] + [(a, 24 + b, 24 + a) for a, b in edges]
     caps = [(0, k + 1, k) for k in range(1, 23)] + [(24, 24 + k, 25 + k) for k in range(1, 23)]
     return cloud_from_mesh(corners, np.array(sides + caps), "disc")

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 
 KINDS = ("sit", "put", "pour")
-SHOWN = 0.05  # the least score of a place that is shown: on an object without the function it is lower
+SHOWN = 0.05  # least score of a place that is shown; it is lower on an object without the function
 FUNCTION = {"sit": "sittable", "put": "table", "pour": "cup"}  # the function that a kind of place belongs to
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """What a backend found when it used a place."""
+    """The result of using a place in a backend."""
 
     backend: str
     trials: int
-    held: int
-    why: tuple[str, ...]  # of trials that did not hold, see `simulator.proofs.REASONS`
+    held: int  # number of trials that held
+    why: tuple[str, ...]  # the others failed, see `simulator.proofs.REASONS`
 
     @property
     def holds(self) -> bool:
@@ -85,20 +85,15 @@ class Place:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the contract prints of a place; what says nothing of its kind is left out."""
+        """Return the JSON entry of a place, without fields that are None or empty."""
         row = {part.name: getattr(self, part.name) for part in fields(self)}
         always = ("heading_deg", "clearance", "proven")
-        shown = {name: value for name, value in row.items() if name in always or not says_nothing(value)}
-        return {name: plain(value) for name, value in shown.items()}
-
-
-def says_nothing(value: object) -> bool:
-    """Return whether a value is left out of JSON: None, no text, nothing in a tuple; arrays are never empty."""
-    return value is None or (isinstance(value, str | tuple) and not value)
+        empty = {name for name, value in row.items() if value is None or (isinstance(value, str | tuple) and not value)}
+        return {name: plain(value) for name, value in row.items() if name in always or name not in empty}
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it; numbers to the tenth of a millimetre of a metre and finer."""
+    """Return a value for JSON, with numbers rounded to five decimals."""
     if isinstance(value, Proof):
         return {part.name: plain(getattr(value, part.name)) for part in fields(value)}
     if isinstance(value, np.ndarray):
@@ -112,7 +107,7 @@ def plain(value: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
-    """From one frame to another: scaled, turned, moved."""
+    """A transformation from one frame to another: scaling, rotation and translation."""
 
     rotation: np.ndarray  # (3, 3)
     scale: float
@@ -123,7 +118,7 @@ class Similarity:
         return self.scale * points @ self.rotation.T + self.shift
 
     def heading(self, heading_deg: float | None) -> float | None:
-        """Return a heading in the other frame: about its upward direction, from its x axis, or from y where x is up."""
+        """Return a heading in the other frame, about its upward direction: from its x axis, or from y if x is up."""
         if heading_deg is None:
             return None
         angle, up = np.radians(heading_deg), self.rotation[:, 2]
@@ -133,12 +128,12 @@ class Similarity:
         return float(np.degrees(np.arctan2(up @ np.cross(level, ahead), level @ ahead)) % 360)
 
     def inverse(self) -> Similarity:
-        """Return what takes the other frame to this one."""
+        """Return the transformation from the other frame to this one."""
         back = self.rotation.T
         return Similarity(back, 1 / self.scale, -back @ self.shift / self.scale)
 
     def pose(self, pose: np.ndarray) -> np.ndarray:
-        """Return a rigid pose (4, 4), its translation in the units of the other frame."""
+        """Return a rigid pose (4, 4) in the other frame, its translation in the units of that frame."""
         moved = np.eye(4)
         moved[:3, :3] = self.rotation @ pose[:3, :3]
         moved[:3, 3] = self.points(pose[:3, 3])
@@ -149,7 +144,7 @@ IDENTITY = Similarity(np.eye(3), 1.0, np.zeros(3))
 
 
 def similarity_between(points: np.ndarray, others: np.ndarray) -> Similarity:
-    """Return what takes points (N, 3) to others (N, 3), which are the same scaled, turned along axes, and moved."""
+    """Return the similarity from points (N, 3) to others (N, 3), the same ones scaled, turned along axes and moved."""
     ours, theirs = points - points.mean(axis=0), others - others.mean(axis=0)
     scale = float(np.sqrt((theirs**2).sum() / (ours**2).sum()))
     u, _, vt = np.linalg.svd(theirs.T @ ours)

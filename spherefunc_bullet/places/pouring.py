@@ -1,4 +1,4 @@
-"""Places to pour: above the openings of what holds water."""
+"""Places to pour: above the openings of objects that hold water."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .regions import HeightMap, rings_of, surface_of
 
 LEAST_ML = 5.0
 LEAST_DEPTH = 0.01  # metres
-LEAST_STEEP = 0.12  # depth over the opening's width: a seat's hollow is flatter
-ABOVE = 0.03  # metres from the brim to where one pours from
-MAX_EXTENT = 1.2  # metres: what is larger is no vessel
-HIGHER = 0.2  # of the depth, and no less than `LEAST_DEPTH`: walls that are so much higher than the brim have a hole
-HOLE = "the walls are higher all around: what stands above this brim runs out through a hole"
+LEAST_STEEP = 0.12  # depth over the width of the opening: the hollow of a seat is flatter
+ABOVE = 0.03  # metres above the brim from which one pours
+MAX_EXTENT = 1.2  # metres: larger objects are not vessels
+HIGHER = 0.2  # of the depth, and at least `LEAST_DEPTH`: walls that are so much higher than the brim have a hole
+HOLE = "the walls are higher all around: water above this brim runs out through a hole"
 
 
 def pour_places(cloud: Cloud) -> list[Place]:
@@ -27,7 +27,7 @@ def pour_places(cloud: Cloud) -> list[Place]:
 
 
 def pour_place(cloud: Cloud, water: Water) -> Place | None:
-    """Return where one pours into a vessel, or None where it is none."""
+    """Return the place to pour into a body of water, or None if it is too small or too shallow."""
     if len(water.opening) < 4:
         return None
     low, high = water.opening.min(axis=0) - 2, water.opening.max(axis=0) + 3
@@ -57,18 +57,17 @@ def pour_place(cloud: Cloud, water: Water) -> Place | None:
         spill_tilt_deg=tilt,
         spill_heading_deg=heading,
         depth=float(depth),
-        inside=(
-            water.origin + water.cells.min(axis=0) * water.cell,
-            water.origin + (water.cells.max(axis=0) + 1) * water.cell,
+        inside=tuple(
+            water.origin + cell * water.cell for cell in (water.cells.min(axis=0), water.cells.max(axis=0) + 1)
         ),
         note=HOLE if walled(cloud, middle, water.brim_height + max(LEAST_DEPTH, HIGHER * depth)) else "",
     )
 
 
 def walled(cloud: Cloud, place: np.ndarray, height: float) -> bool:
-    """Return whether one that goes from a place (2,) to the outside, seen from above, has to climb over a height.
+    """Return whether a place (2,), seen from above, is enclosed by walls of at least a height.
 
-    Never of points alone: water finds a way between those that are far apart, where there is no hole.
+    False without a mesh: between points that are far apart, water finds a way even where there is no hole.
     """
     if cloud.mesh is None:
         return False

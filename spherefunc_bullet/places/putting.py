@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,15 +12,15 @@ from ..clouds.cloud import Cloud
 from .place import FUNCTION, Place
 from .regions import HeightMap, Region, level_regions, rings_of
 
-DISC = 0.04  # metres: the radius of what there is room for where no object is given
-OFF_EDGES = 0.02  # metres that a base is kept from edges, where there is room for it
-OFF_OTHERS = 0.01  # metres that an object is kept from what stands there
-TOUCHING = 0.003  # metres: what is no higher above an object's lowest point is its base
-LIFT = 0.001  # metres that poses are above the surface
-HEADINGS = 4  # that are tried in a quarter turn, of objects that are not round
+DISC = 0.04  # metres, radius of the disc for which there must be room if no object is given
+OFF_EDGES = 0.02  # metres between a base and edges, if there is room for it
+OFF_OTHERS = 0.01  # metres between an object and others that stand there
+TOUCHING = 0.003  # metres above the lowest point of an object up to which points belong to its base
+LIFT = 0.001  # metres of poses above the surface
+HEADINGS = 4  # number of headings in a quarter turn that are tried for objects that are not round
 MOST_POSES = 60  # of a region
-STEEPEST_DEG = 3.0  # where an object is to stand upright
-LOWEST = 0.01  # metres: what is lower is the ground
+STEEPEST_DEG = 3.0  # steepest region on which an object can stand upright
+LOWEST = 0.01  # metres: lower cells are the ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,25 +33,25 @@ class ObjectFootprint:
 
     @property
     def height(self) -> float:
-        """Metres."""
+        """The height of the object, metres."""
         return float(self.cloud.size[2])
 
     @property
     def round(self) -> bool:
-        """Whether it hardly matters which way it faces."""
+        """Whether the object is so round that its heading hardly matters."""
         radii = np.linalg.norm(self.outline - self.outline.mean(axis=0), axis=1)
         return len(self.outline) > 8 and radii.max() < 1.1 * radii.min()
 
 
 def footprint_of(cloud: Cloud) -> ObjectFootprint:
-    """Return an object's footprint as it stands in its own frame."""
+    """Return the footprint of an object as it stands in its own frame."""
     corners = cloud.points if cloud.mesh is None else np.vstack([cloud.mesh.vertices, cloud.points])
     low = corners[corners[:, 2] <= corners[:, 2].min() + TOUCHING]
     return ObjectFootprint(cloud, hull(low[:, :2]), hull(corners[:, :2]))
 
 
 def hull(points: np.ndarray) -> np.ndarray:
-    """Return the corners of the convex hull of points (N, 2); of points in a line, its ends."""
+    """Return the corners of the convex hull of points (N, 2); the two ends if all points are on a line."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):
@@ -66,18 +65,18 @@ def put_places(surface: HeightMap, put: Cloud | None = None, lowest: float = LOW
     Parameters
     ----------
     put : Cloud, optional
-        An object, as it stands, for which poses are looked for.
+        An object, as it stands, for which poses are searched.
     lowest : float, metres
-        What is lower is the ground.
+        Lower cells are the ground.
     """
-    print_ = None if put is None else footprint_of(put)
-    least = DISC if print_ is None else 0.01
-    places = [put_place(surface, region, print_) for region in level_regions(surface, least, lowest)]
+    footprint = None if put is None else footprint_of(put)
+    least = DISC if footprint is None else 0.01
+    places = [put_place(surface, region, footprint) for region in level_regions(surface, least, lowest)]
     return [place for place in places if place is not None]
 
 
 def put_place(surface: HeightMap, region: Region, footprint: ObjectFootprint | None) -> Place | None:
-    """Return a region as a place; None where there is no room for the object that is put."""
+    """Return a region as a place; None if there is no room for the object that is put there."""
     poses, margins = ((), ()) if footprint is None else poses_on(surface, region, footprint)
     if footprint is not None and not poses:
         return None
@@ -98,7 +97,7 @@ def put_place(surface: HeightMap, region: Region, footprint: ObjectFootprint | N
 
 
 def roomiest(surface: HeightMap, region: Region) -> np.ndarray:
-    """Return the place (2,) with the most room; of those with as much, as along a long top, the middle one."""
+    """Return the place (2,) with the most room; of equal ones, as along a long top, the one nearest to the middle."""
     alike = surface.middles(np.argwhere(region.room >= region.room.max() - surface.cell / 2))
     middle = surface.middles(np.argwhere(region.cells)).mean(axis=0)
     return alike[np.linalg.norm(alike - middle, axis=1).argmin()]
@@ -108,35 +107,24 @@ def poses_on(surface: HeightMap, region: Region, footprint: ObjectFootprint) -> 
     """Return poses (4, 4) on a region, spread over it, those with the largest margin first; and the margins."""
     if region.slope_deg > STEEPEST_DEG:
         return (), ()
-    free = free_room(surface, region)
-    found = [
-        (xy, heading, margin)
-        for heading in headings_of(footprint)
-        for xy, margin in positions(surface, region, free, footprint, heading)
-    ]
+    level = region.height_at(surface.middles(np.stack(np.indices(surface.heights.shape), axis=-1)))
+    low = surface.heights <= level + 3 * surface.rough
+    free = surface.cell * (ndimage.distance_transform_edt(low) - 0.5)  # distance to what stands above the region
+    headings = [0.0] if footprint.round else np.arange(2 * HEADINGS) * np.pi / (2 * HEADINGS)
+    found = []
+    for heading in headings:
+        found += [(xy, heading, margin) for xy, margin in positions(surface, region, free, footprint, heading)]
     found.sort(key=lambda place: -place[2])
-    apart = 0.8 * surface.cell * np.sqrt(region.cells.sum() / MOST_POSES)  # so that they are all over the region
+    apart = 0.8 * surface.cell * np.sqrt(region.cells.sum() / MOST_POSES)  # so that they cover the whole region
     chosen = spread(found, max(0.05, float(apart)))
-    poses = tuple(pose_at(surface, region, footprint, xy, heading) for xy, heading, _ in chosen)
+    poses = tuple(pose_at(surface, footprint, xy, heading) for xy, heading, _ in chosen)
     return poses, tuple(float(margin) for *_, margin in chosen)
-
-
-def headings_of(footprint: ObjectFootprint) -> Sequence[float]:
-    """Return the headings to try, radians."""
-    return [0.0] if footprint.round else np.arange(2 * HEADINGS) * np.pi / (2 * HEADINGS)
-
-
-def free_room(surface: HeightMap, region: Region) -> np.ndarray:
-    """Return how far each cell (X, Y) is from what stands above the region, metres."""
-    X, Y = np.indices(surface.heights.shape)
-    level = region.height_at(surface.middles(np.stack([X, Y], axis=-1)))
-    return surface.cell * (ndimage.distance_transform_edt(surface.heights <= level + 3 * surface.rough) - 0.5)
 
 
 def positions(
     surface: HeightMap, region: Region, free: np.ndarray, footprint: ObjectFootprint, heading: float
 ) -> list[tuple[np.ndarray, float]]:
-    """Return places (2,) at which the base is supported and the rest clear, with the margin of each, metres."""
+    """Return places (2,) where the base is supported and the rest is clear, with their margins, metres."""
     base = samples(turned(footprint.base, heading), surface.cell)
     outline = samples(turned(footprint.outline, heading), surface.cell)
     cells = np.argwhere(region.room >= min(OFF_EDGES, 0.5 * region.room.max()))
@@ -157,12 +145,12 @@ def turned(points: np.ndarray, heading: float) -> np.ndarray:
 
 
 def samples(corners: np.ndarray, cell: float) -> np.ndarray:
-    """Return points (N, 2) all over a convex polygon, a cell apart or a twelfth of its width where that is more."""
+    """Return points (N, 2) on a convex polygon, a cell apart, or a twelfth of its width if that is more."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     step = max(cell, float((high - low).max()) / 12)
     grid = np.stack(np.meshgrid(*[np.arange(a, b, step) for a, b in zip(low, high, strict=True)]), -1).reshape(-1, 2)
-    area = np.roll(corners, -1, axis=0) - corners
-    sides = area[:, 0] * (grid[:, None, 1] - corners[:, 1]) - area[:, 1] * (grid[:, None, 0] - corners[:, 0])
+    edges = np.roll(corners, -1, axis=0) - corners
+    sides = edges[:, 0] * (grid[:, None, 1] - corners[:, 1]) - edges[:, 1] * (grid[:, None, 0] - corners[:, 0])
     inside = (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
     return np.vstack([along_edges(corners, step), grid[inside]])
 
@@ -175,20 +163,19 @@ def along_edges(corners: np.ndarray, step: float) -> np.ndarray:
 
 
 def least_at(surface: HeightMap, room: np.ndarray, middles: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the least of a map (X, Y) under offsets (K, 2) from each of some places (N, 2)."""
+    """Return the least value (N,) of a map (X, Y) at all offsets (K, 2) from each place (N, 2); -1 outside the map."""
     least = np.full(len(middles), np.inf)
-    outside = 0.0 if room is None else -1.0
     for offset in offsets:
         index = np.floor((middles + offset - surface.origin) / surface.cell).astype(int)
         inside = ((index >= 0) & (index < room.shape)).all(axis=1)
-        value = np.full(len(middles), outside)
+        value = np.full(len(middles), -1.0)
         value[inside] = room[tuple(index[inside].T)]
         least = np.minimum(least, value)
     return least
 
 
 def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[tuple[np.ndarray, float, float]]:
-    """Return the first of places and of those that are not near one before."""
+    """Return the first place, and each later one that is not near one chosen before, up to `MOST_POSES`."""
     chosen: list[tuple[np.ndarray, float, float]] = []
     taken = np.empty((0, 2))
     for place in found:
@@ -200,9 +187,7 @@ def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[t
     return chosen
 
 
-def pose_at(
-    surface: HeightMap, region: Region, footprint: ObjectFootprint, xy: np.ndarray, heading: float
-) -> np.ndarray:
+def pose_at(surface: HeightMap, footprint: ObjectFootprint, xy: np.ndarray, heading: float) -> np.ndarray:
     """Return the pose (4, 4) in which the base is just above the highest point under it."""
     offsets = samples(turned(footprint.base, heading), surface.cell)
     index = np.floor((xy + offsets - surface.origin) / surface.cell).astype(int)

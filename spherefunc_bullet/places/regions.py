@@ -17,13 +17,13 @@ ACROSS = 400  # cells at most
 
 @dataclass(frozen=True, eq=False)
 class HeightMap:
-    """Cells with the height of what is highest in them."""
+    """A grid of cells, each with the height of its highest point; lengths in metres."""
 
     origin: np.ndarray  # (2,) the corner of the first cell
     cell: float  # side
-    heights: np.ndarray  # (X, Y), -inf where nothing is
-    rough: float  # metres by which heights of neighbours may differ on a level surface, beyond its slope
-    whole: np.ndarray | None = None  # (X, Y) bool: where it is no tips and edges, see `whole_cells`; None: everywhere
+    heights: np.ndarray  # (X, Y), -inf in cells without points
+    rough: float  # difference of heights of neighbours on a level surface, in addition to its slope
+    whole: np.ndarray | None = None  # (X, Y) bool, where it carries a hand's breadth, see `whole_cells`; None: all
 
     def middles(self, cells: np.ndarray) -> np.ndarray:
         """Return the middles (N, 2) of cells (N, 2), metres."""
@@ -35,9 +35,9 @@ class HeightMap:
 
 
 def surface_of(cloud: Cloud, cell: float = CELL) -> HeightMap:
-    """Return what is seen of a cloud from above.
+    """Return the surface of a cloud as seen from above.
 
-    A mesh is sampled to 5 mm, so each cell that it covers has a point of it.
+    A mesh is sampled to 5 mm, so each cell that it covers has a point.
     """
     rough, least = 0.002, cell
     if cloud.mesh is None:
@@ -53,32 +53,32 @@ def surface_of(cloud: Cloud, cell: float = CELL) -> HeightMap:
 
 @njit(cache=True, error_model="numpy")
 def raise_to(points, origin, side, heights):
-    """Raise the height of each cell to its highest point; points beside all cells are left out."""
+    """Raise the height of each cell to its highest point; points outside the grid are left out."""
     for n in range(len(points)):
         i, j = int((points[n, 0] - origin[0]) / side), int((points[n, 1] - origin[1]) / side)
         if 0 <= i < heights.shape[0] and 0 <= j < heights.shape[1] and points[n, 2] > heights[i, j]:
             heights[i, j] = points[n, 2]
 
 
-SLOPE_DEG = 5.0  # what is steeper is not level
+SLOPE_DEG = 5.0  # steepest slope of a level region
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """Cells that are level together, and the plane through them."""
+    """Connected cells that are level, and the plane through them."""
 
     cells: np.ndarray  # (X, Y) bool
-    room: np.ndarray  # (X, Y) metres from each cell's middle to the nearest that is not of the region
+    room: np.ndarray  # (X, Y) metres from the middle of each cell to the edge of the region
     plane: np.ndarray  # (3,): height = plane @ (x, y, 1)
 
     @property
     def normal(self) -> np.ndarray:
-        """Upward, length 1."""
+        """The upward unit normal (3,)."""
         return normal_of(self.plane)
 
     @property
     def slope_deg(self) -> float:
-        """Of the plane."""
+        """The slope of the plane."""
         return float(np.degrees(np.arccos(self.normal[2])))
 
     def height_at(self, xy: np.ndarray) -> np.ndarray:
@@ -99,7 +99,7 @@ def level_regions(surface: HeightMap, least_radius: float, lowest: float) -> lis
     ----------
     least_radius : float, metres
     lowest : float, metres
-        What is lower is the ground.
+        Lower cells are the ground.
     """
     flat = flat_cells(surface) & (surface.heights > lowest)
     labels, count = ndimage.label(flat)
@@ -112,7 +112,7 @@ def level_regions(surface: HeightMap, least_radius: float, lowest: float) -> lis
 
 
 def flat_cells(surface: HeightMap) -> np.ndarray:
-    """Return the cells (X, Y) bool whose neighbours, diagonal ones too, are about as high: the edge itself is none."""
+    """Return the cells (X, Y) bool whose neighbours, also diagonal ones, are about as high; edges are excluded."""
     rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(SLOPE_DEG)) + surface.rough
     low = ndimage.minimum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
     high = ndimage.maximum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
@@ -122,14 +122,14 @@ def flat_cells(surface: HeightMap) -> np.ndarray:
 
 SEAT_CELL = 0.025  # metres
 HAND = 0.09  # metres: a hand's breadth
-STEEP_DEG = 30.0  # what is steeper does not carry
-WHOLE = 0.5  # of a hand's breadth
+STEEP_DEG = 30.0  # steepest slope that carries a person
+WHOLE = 0.5  # least share of a hand's breadth that carries
 
 
 def whole_cells(surface: HeightMap, middles: np.ndarray) -> np.ndarray:
-    """Return at which places (..., 2) a surface carries on most of a hand's breadth: flesh does not rest on tips.
+    """Return the places (..., 2) bool where a surface carries on most of a hand's breadth: nobody sits on tips.
 
-    Gaps are no matter of it: where nothing is, as between slats, nothing is too steep.
+    Gaps, as between slats, do not count, since they are not too steep.
     """
     seen, heights = np.isfinite(surface.heights), surface.heights
     rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(STEEP_DEG)) + surface.rough
@@ -145,14 +145,14 @@ def whole_cells(surface: HeightMap, middles: np.ndarray) -> np.ndarray:
 
 
 def seat_surface(cloud: Cloud, fine: HeightMap | None = None) -> HeightMap:
-    """Return a surface in cells for a sitter, with where it is whole, as that in finer cells tells."""
+    """Return a surface in cells for a sitter; ``whole`` is computed on the surface in finer cells."""
     coarse = surface_of(cloud, SEAT_CELL)
     middles = coarse.middles(np.moveaxis(np.indices(coarse.heights.shape), 0, -1))
     return replace(coarse, whole=whole_cells(surface_of(cloud) if fine is None else fine, middles))
 
 
 def plane_through(surface: HeightMap, cells: np.ndarray) -> np.ndarray:
-    """Return the plane (3,) of least squares through cells of a surface."""
+    """Return the least-squares plane (3,) through cells of a surface."""
     where = np.argwhere(cells)
     across = np.column_stack([surface.middles(where), np.ones(len(where))])
     return np.linalg.lstsq(across, surface.heights[cells], rcond=None)[0]
@@ -162,8 +162,7 @@ def rings_of(surface: HeightMap, cells: np.ndarray, plane: np.ndarray) -> tuple[
     """Return the outline of the largest connected part of cells and its holes, rings (K, 3) on a plane, metres."""
     from contourpy import FillType, contour_generator
 
-    padded = np.pad(cells, 1).astype(float)
-    generator = contour_generator(z=padded.T, fill_type=FillType.OuterOffset)
+    generator = contour_generator(z=np.pad(cells, 1).astype(float).T, fill_type=FillType.OuterOffset)
     shapes, offsets = generator.filled(0.5, 2.0)
     if not shapes:
         return ()

@@ -12,28 +12,28 @@ from .place import Place
 from .putting import DISC, footprint_of, put_place
 from .regions import HeightMap, Region, level_regions
 
-GAP = 0.12  # metres of free height above a shelf, at least
-OVER = 0.03  # metres of it that stay free above what is put there
-HAND = 0.06  # metres to either side of the way on which one reaches in
-REACHED = 0.25  # metres above the shelf at most that this way is high
-WAYS = 8  # that are tried
-MOST = 6  # shelves above each other
-UNEVEN = 0.005  # metres that a shelf's cells lie off its plane, in the mean: the foot of a round table is a cone
+GAP = 0.12  # metres, least free height above a shelf
+OVER = 0.03  # metres that stay free above an object on the shelf
+HAND = 0.06  # metres to either side of the way on which a hand reaches in
+REACHED = 0.25  # metres above the shelf, greatest height of this way
+WAYS = 8  # number of directions that are tried
+MOST = 6  # number of shelves above each other
+UNEVEN = 0.005  # metres, root mean square distance of a shelf from its plane: the foot of a round table is a cone
 MOST_CELLS = 4_000_000
 
 
 def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: float) -> list[Place]:
-    """Return places to put on levels below others that one reaches from a side, which their heading tells.
+    """Return places to put on levels below others that can be reached from a side, which is their heading.
 
     Parameters
     ----------
     cloud : Cloud
-    surface : Surface
-        What is seen of it from above.
+    surface : HeightMap
+        The cloud from above.
     put : Cloud, optional
-        An object, as it stands, for which poses are looked for.
+        An object, as it stands, for which poses are searched.
     lowest : float, metres
-        What is lower is the ground.
+        Lower cells are the ground.
     """
     footprint = None if put is None else footprint_of(put)
     least = DISC if footprint is None else 0.01
@@ -45,7 +45,7 @@ def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: fl
     find_shelves(layers.highest, layers.bottom, layers.side, needed, lowest, shelves, gaps)
     for heights, free in zip(shelves, gaps, strict=True):
         if np.isfinite(heights).sum() * surface.cell**2 < np.pi * least**2:
-            break  # the next ones are smaller still
+            break  # the following ones are even smaller
         shelf = replace(surface, heights=heights)
         around = replace(surface, heights=np.where(np.isfinite(heights), heights, surface.heights))
         for region in level_regions(shelf, least, lowest):
@@ -59,18 +59,18 @@ def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: fl
 
 
 def unevenness(surface: HeightMap, region: Region) -> float:
-    """Return how far a region's cells lie off its plane, root of the mean square, metres."""
+    """Return the root mean square distance of the cells of a region from its plane, metres."""
     off = surface.heights[region.cells] - region.height_at(surface.middles(np.argwhere(region.cells)))
     return float(np.sqrt(np.mean(off**2)))
 
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Cells of a surface, divided by height."""
+    """The cells of a surface, divided into layers by height."""
 
-    highest: np.ndarray  # (X, Y, Z) the highest point in each, metres; -inf where there is none
+    highest: np.ndarray  # (X, Y, Z) height of the highest point in each, metres; -inf if there is none
     bottom: float  # metres
-    side: float  # metres, how high one is
+    side: float  # height of a layer, metres
 
 
 def layers_of(cloud: Cloud, surface: HeightMap) -> Layers:
@@ -84,15 +84,13 @@ def layers_of(cloud: Cloud, surface: HeightMap) -> Layers:
 
 
 def way_in(layers: Layers, shelf: HeightMap, position: np.ndarray, clearance: float) -> float | None:
-    """Return the side in degrees from which one reaches a position (3,) on the shortest way, None where it is shut."""
+    """Return the side, in degrees, from which a position (3,) is reached on the shortest way; None if there is none."""
     above = position[2] + 3 * shelf.rough + 0.01
     first = int(np.ceil((above - layers.bottom) / layers.side))
     last = int((position[2] + min(clearance, REACHED) - layers.bottom) / layers.side)
     walls = np.argwhere(np.isfinite(layers.highest[:, :, first:last]).any(axis=2))
-    near, far = (
-        shelf.middles(cells) - position[:2]
-        for cells in (walls, np.argwhere(np.abs(shelf.heights - position[2]) < 0.02))
-    )
+    level = np.argwhere(np.abs(shelf.heights - position[2]) < 0.02)
+    near, far = (shelf.middles(cells) - position[:2] for cells in (walls, level))
     open_ways = []
     for angle in np.arange(WAYS) * 2 * np.pi / WAYS:
         ahead, aside = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -114,7 +112,7 @@ def raise_layers(points, origin, cell, bottom, side, highest):
 
 @njit(cache=True, error_model="numpy")
 def find_shelves(highest, bottom, side, needed, lowest, shelves, gaps):
-    """Write the levels below gaps of each column, from the highest down, and how high those gaps are, (MOST, X, Y)."""
+    """Write the levels below gaps of each column, from the highest down, and the heights of the gaps, (MOST, X, Y)."""
     for i in range(highest.shape[0]):
         for j in range(highest.shape[1]):
             above, count = -1, 0

@@ -1,4 +1,4 @@
-"""Places to sit: a template of a sitter is laid on every cell of seat height, for headings all around."""
+"""Places to sit: a template of a sitter is placed on every cell at the height of a seat, in all headings."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..processes.compilation import njit
 from .place import FUNCTION, Place
 from .regions import HeightMap, normal_of, plane_through, rings_of
 
-TALL = 1.75  # metres: whom the template fits
-SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air
-HIGH_SEAT = 0.86  # of objects that are known as seats: bar stools, whose gas lifts go so high
-NARROW = 0.90  # metres, with the cells around it: a draughtsman's chair with its five feet is so wide
+TALL = 1.75  # metres, height of the person of the template
+SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, for that person; on a higher seat the feet hang in the air
+HIGH_SEAT = 0.86  # metres, for objects that are known as seats: a bar stool with a gas lift is that high
+NARROW = 0.90  # metres, including the cells around it: a draughtsman's chair with its five feet is that wide
 HEADINGS = 24
 # Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres, of a person 1.75 m tall.
 CORE, THIGHS, TRUNK, BACK, FRONT, FEET, ARMS = range(7)
@@ -28,22 +28,22 @@ ZONES = (
     (0.42, 0.52, 0.0, 0.12),
     (-0.10, 0.25, 0.20, 0.38),
 )
-SOFT = 0.05  # metres that a seat may differ from the level under the pelvis
+SOFT = 0.05  # metres by which a seat may differ from the level under the pelvis
 STEEPEST = np.tan(np.radians(16.0))
-ROUGHEST = 0.018  # metres, of a seat about its plane
+ROUGHEST = 0.018  # metres, standard deviation of a seat about its plane
 STEP = 0.025  # metres between samples of a zone
-OF_WHOLE = 0.3  # of a heading's worth that all cells of seat height decide together
-SMOOTHED = 3  # headings to either side that a score is averaged with: the middle of those that are as good wins
+OF_WHOLE = 0.3  # share of the score of a heading that all cells of the seat determine together
+SMOOTHED = 3  # headings to either side over which a score is averaged, so that the middle of equal ones is chosen
 APART = 0.55  # metres between persons
-LEAST = 0.25  # a place that is worth less is none
-GOOD = 0.75  # of the best place's worth: others on the same seat
-STRAIGHT = 0.015  # metres that a back may be off a line for its direction to say how one faces
-BACKED = 0.4  # of the width behind the sitter: from here on there is a back
+LEAST = 0.25  # least score of a place
+GOOD = 0.75  # of the best score: least score of other places on the same seat
+STRAIGHT = 0.015  # metres, standard deviation of a back about a line up to which it determines the heading
+BACKED = 0.4  # least share of the width behind the sitter that is a back
 
 
 @dataclass(frozen=True, eq=False)
 class SeatScores:
-    """What the template says at each cell and heading."""
+    """The scores of the template at each cell and heading."""
 
     cells: np.ndarray  # (P, 2)
     scores: np.ndarray  # (P, HEADINGS)
@@ -56,12 +56,12 @@ def sit_places(surface: HeightMap, person: float = TALL, sittable: float = 0.5) 
 
     Parameters
     ----------
-    surface : Surface
+    surface : HeightMap
         See `regions.seat_surface`.
     person : float, metres
-        How tall.
+        Height of the person.
     sittable : float
-        How surely the object is known as a seat, 0 to 1.
+        Score of the object as a seat, 0 to 1.
     """
     scale = person / TALL
     narrow = max(surface.heights.shape) * surface.cell < NARROW
@@ -81,11 +81,11 @@ def share_facing(place: Place, places: Sequence[Place]) -> float:
 
 
 def sittings_of(surface: HeightMap, scale: float, lowest: float, highest: float) -> SeatScores:
-    """Return the template's worth at each cell of seat height."""
+    """Return the scores of the template at each cell at the height of a seat."""
     heights = np.where(np.isfinite(surface.heights), surface.heights, -10.0)
     smooth = ndimage.median_filter(heights, 3)
     cells = np.argwhere((smooth >= lowest) & (smooth <= highest))
-    cells = cells[(cells.sum(axis=1) % 2 == 0) & (cells[:, 0] % 2 == 0)]  # each second one both ways
+    cells = cells[(cells.sum(axis=1) % 2 == 0) & (cells[:, 0] % 2 == 0)]  # every second one along both axes
     offsets, zones = template(scale, surface.cell)
     shares = np.zeros((len(cells), HEADINGS, len(ZONES)))
     levels, fits = np.zeros(len(cells)), np.zeros((len(cells), HEADINGS), np.bool_)
@@ -95,7 +95,7 @@ def sittings_of(surface: HeightMap, scale: float, lowest: float, highest: float)
     core, thighs, trunk, back, front, feet = (shares[..., zone] for zone in range(6))
     scores = fits * core * (0.5 + 0.5 * thighs) * (1 - trunk) * (1 - 0.8 * front) * (0.55 + 0.3 * back + 0.15 * feet)
     scores = np.where(core >= 0.75, scores, 0.0)
-    # In a corner two sides look like a back: the rest of the seat says which is.
+    # In a corner two sides look like a back; the rest of the seat shows which one it is.
     seat = scores.max(axis=1) >= 0.6 * scores.max(initial=0.0)
     whole = scores[seat].sum(axis=0)
     scores = scores * (1 - OF_WHOLE + OF_WHOLE * whole / max(float(whole.max(initial=0.0)), 1e-9))
@@ -184,41 +184,46 @@ def lay(heights, smooth, whole, cells, offsets, zones, counts, side, scale, leve
 
 
 def choose(surface: HeightMap, sittings: SeatScores, apart: float) -> list[tuple[int, int]]:
-    """Return pairs of a row of the cells and a heading: persons side by side, then those who face another way."""
+    """Return pairs of a row of the cells and a heading: persons side by side, then those with another heading."""
     if not len(sittings.cells):
         return []
-    best = sittings.scores.argmax(axis=1)
-    worth = sittings.scores.max(axis=1)
-    bar, left = max(LEAST, GOOD * float(worth.max())), np.ones(len(worth), bool)
+    best, scores = sittings.scores.argmax(axis=1), sittings.scores.max(axis=1)
+    threshold, left = max(LEAST, GOOD * float(scores.max())), np.ones(len(scores), bool)
     middles, chosen = surface.middles(sittings.cells), []
-    while (worth * left).max() >= bar:
-        first = int((worth * left).argmax())
+    while (scores * left).max() >= threshold:
+        first = int((scores * left).argmax())
         heading = int(best[first])
-        for row in abreast(sittings, middles, left, first, heading, bar, apart):
+        for row in side_by_side(sittings, middles, left, first, heading, threshold, apart):
             chosen.append((row, heading))
             left &= np.linalg.norm(middles - middles[row], axis=1) >= 0.95 * apart
     return chosen
 
 
-def abreast(
-    sittings: SeatScores, middles: np.ndarray, left: np.ndarray, first: int, heading: int, bar: float, apart: float
+def side_by_side(
+    sittings: SeatScores,
+    middles: np.ndarray,
+    left: np.ndarray,
+    first: int,
+    heading: int,
+    threshold: float,
+    apart: float,
 ) -> list[int]:
-    """Return the rows of cells at which persons sit side by side with the first, evenly."""
+    """Return the rows of cells at which persons sit side by side with the first, evenly spaced."""
     angle = 2 * np.pi * heading / HEADINGS
     ahead, aside = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    worth = sittings.scores[:, heading]
-    row = left & (worth >= bar) & (np.abs((middles - middles[first]) @ ahead) < 0.12)
+    scores = sittings.scores[:, heading]
+    row = left & (scores >= threshold) & (np.abs((middles - middles[first]) @ ahead) < 0.12)
     row &= np.abs(sittings.levels - sittings.levels[first]) < SOFT
     across = (middles - middles[first]) @ aside
     low, high = connected_range(np.sort(across[row]), apart / 4)
     count = 1 + int((high - low + 1e-9) // apart)
     targets = low + (high - low) * ((np.arange(count) + 0.5) / count if count == 1 else np.arange(count) / (count - 1))
     rows = np.flatnonzero(row)
-    return [int(rows[(worth[rows] - 2 * np.abs(across[rows] - target)).argmax()]) for target in targets]
+    return [int(rows[(scores[rows] - 2 * np.abs(across[rows] - target)).argmax()]) for target in targets]
 
 
 def connected_range(places: np.ndarray, gap: float) -> tuple[float, float]:
-    """Return the ends of the run of sorted places around 0 without a larger gap."""
+    """Return the ends of the run of sorted places around 0 that has no larger gap."""
     cuts = np.flatnonzero(np.diff(places) > gap)
     starts, ends = np.append(0, cuts + 1), np.append(cuts, len(places) - 1)
     run = int(np.argmax((places[starts] <= 1e-9) & (places[ends] >= -1e-9)))
@@ -226,9 +231,10 @@ def connected_range(places: np.ndarray, gap: float) -> tuple[float, float]:
 
 
 def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, scale: float) -> Place:
-    """Return one person's place."""
+    """Return the place of one person."""
     cell, level = sittings.cells[row], float(sittings.levels[row])
-    zones = sittings.zones[row, heading]
+    zones, scores = sittings.zones[row, heading], sittings.scores[row]
+    matters = scores.min() < 0.6 * scores.max()  # which way a person faces
     seat = seat_cells(surface, cell, level)
     plane = plane_through(surface, seat)
     backed = bool(zones[BACK] >= BACKED)
@@ -240,11 +246,11 @@ def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, 
         function=FUNCTION["sit"],
         position=np.array([*middle, top]),
         normal=normal_of(plane),
-        heading_deg=angle if backed or uneven(sittings.scores[row]) else None,
+        heading_deg=angle if backed or matters else None,
         region=rings_of(surface, seat, plane),
         area=float(seat.sum()) * surface.cell**2,
         height=top,
-        score=float(min(1.0, sittings.scores[row, heading])),
+        score=float(min(1.0, scores[heading])),
         depth=depth_of(surface, seat, middle, np.radians(angle)),
         back=backed,
         arms=bool(zones[ARMS] >= 0.12),
@@ -253,7 +259,7 @@ def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, 
 
 
 def along_back(surface: HeightMap, middle: np.ndarray, level: float, heading: float, scale: float) -> float:
-    """Return the heading in degrees at right angles to the back behind a sitter who faces about that way."""
+    """Return the heading, in degrees, at right angles to the back behind a sitter with about this heading."""
     where = surface.middles(np.argwhere(surface.heights > level + 0.14 * scale)) - middle
     for _ in range(2):
         angle = np.radians(heading)
@@ -272,26 +278,21 @@ def along_back(surface: HeightMap, middle: np.ndarray, level: float, heading: fl
 
 
 def seat_top(surface: HeightMap, middle: np.ndarray, level: float, scale: float) -> float:
-    """Return how high the seat is that a sitter is let down on: its higher parts under the pelvis."""
+    """Return the height of the seat where a sitter is let down: that of its higher parts under the pelvis."""
     where = np.argwhere(np.abs(surface.heights - level) <= SOFT)
     under = np.linalg.norm(surface.middles(where) - middle, axis=1) <= 0.15 * scale
     return float(np.percentile(surface.heights[tuple(where[under].T)], 80)) if under.any() else level
 
 
-def uneven(scores: np.ndarray) -> bool:
-    """Return whether it matters which way one faces."""
-    return bool(scores.min() < 0.6 * scores.max())
-
-
 def seat_cells(surface: HeightMap, cell: np.ndarray, level: float) -> np.ndarray:
-    """Return the cells (X, Y) bool of the seat around a cell, gaps between slats filled."""
+    """Return the cells (X, Y) bool of the seat around a cell, with gaps between slats filled."""
     near = surface.blurred(np.abs(surface.heights - level) <= SOFT, 2) & np.isfinite(surface.heights)
     labels, _ = ndimage.label(near)
     return labels == labels[tuple(cell)] if labels[tuple(cell)] else near
 
 
 def depth_of(surface: HeightMap, seat: np.ndarray, middle: np.ndarray, angle: float) -> float:
-    """Return how deep a seat is through a place, along a direction, metres."""
+    """Return the depth of a seat through a place, along a direction, metres."""
     where = surface.middles(np.argwhere(seat)) - middle
     aside = np.abs(where @ [-np.sin(angle), np.cos(angle)])
     along = where[aside <= surface.cell] @ [np.cos(angle), np.sin(angle)]
