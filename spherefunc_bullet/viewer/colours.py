@@ -8,7 +8,7 @@ import numpy as np
 HEIGHT_COLOURS = (
     np.array([[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]], float) / 255
 )
-FLAT = 12  # radii: a layer that is thinner is one for the eye, not a rainbow
+FLAT = 12  # radii: a thinner layer gets only a part of the colours
 
 
 def sphere_colours(heights: np.ndarray, least_span: float = 1e-9) -> np.ndarray:

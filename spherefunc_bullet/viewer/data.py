@@ -1,6 +1,6 @@
-"""What the viewer draws, as JSON: an object, spheres that settled on it, and cubes of its histogram (paper, Fig. 2).
+"""The data of a display, as JSON: an object, its settled spheres, and the cubes of its histogram (paper, Fig. 2).
 
-Positions travel as 16-bit steps from the lowest corner, which is finer than a fifteenth of a millimetre up to 4 m.
+Positions are 16-bit steps from the lowest corner, finer than a fifteenth of a millimetre up to 4 m.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from ..learning.histogram import CubeHistogram, counted_cubes
 from ..learning.reasons.cubes import Cubes, corners
 from .colours import FLAT, HEIGHT_COLOURS
 
-MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several displays
+MAX_FACES = 100_000  # of a mesh; finer ones are thinned, so that a page of 8 MB holds several displays
 MAX_POINTS = 60_000  # of a cloud, for the same reason
 STEPS = 65_535  # along the longest side
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Layer:
-    """What a panel shows for one radius."""
+    """The content of a panel for one radius."""
 
     radius: float  # metres
     centers: np.ndarray  # (S, 3) float, settled spheres, metres, the object's frame
@@ -34,14 +34,14 @@ class Layer:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Panel:
-    """One of the pictures that stand side by side, by one backend or about one function."""
+    """One of several pictures side by side, of one backend or about one function."""
 
     title: str
     layers: Sequence[Layer]  # one per radius
 
 
 def display(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> dict:
-    """Return one object in several panels, which are turned and switched together, ready for JSON.
+    """Return one object in several panels, which turn and switch together, ready for JSON.
 
     Parameters
     ----------
@@ -50,10 +50,10 @@ def display(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) 
     panels : sequence of Panel
         Where cubes have ``speaks_for``, they are coloured by it, and spheres are hidden at first.
     radius : float, optional
-        Of the layers shown at first, metres; the first panel's first without it.
+        Of the layers shown at first, metres; by default that of the first layer of the first panel.
     """
     layers = [layer for panel in panels for layer in panel.layers]
-    spheres = {id(layer.centers): layer for layer in layers}  # panels about functions share theirs
+    spheres = {id(layer.centers): layer for layer in layers}  # panels about functions share their spheres
     names = {key: number for number, key in enumerate(spheres)}
     explains = any(layer.cubes.speaks_for is not None for layer in layers)
     radius = layers[0].radius if radius is None else radius
@@ -73,7 +73,7 @@ def display(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) 
 
 
 def panel_data(panel: Panel, names: dict[int, int]) -> dict:
-    """Return a panel for JSON, its spheres by number."""
+    """Return a panel for JSON, with its spheres given by number."""
     layers = [
         {
             "radius": layer.radius,
@@ -89,16 +89,13 @@ def panel_data(panel: Panel, names: dict[int, int]) -> dict:
 
 def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (3,) of the object, spheres of a radius, and cubes that explain, metres."""
-    lows, highs = [cloud.bounds[0]], [cloud.bounds[1]]
+    points = [cloud.bounds]
     for layer in (shown for shown in layers if shown.radius == radius):
-        if len(layer.centers):
-            lows.append(layer.centers.min(axis=0) - radius)
-            highs.append(layer.centers.max(axis=0) + radius)
-        held = layer.cubes.corners[layer.cubes.counts > 0]
-        if layer.cubes.speaks_for is not None and len(held):
-            lows.append(held.min(axis=0))
-            highs.append(held.max(axis=0) + layer.cubes.side)
-    return np.min(lows, axis=0), np.max(highs, axis=0)
+        centers, held = np.reshape(layer.centers, (-1, 3)), layer.cubes.corners[layer.cubes.counts > 0]
+        points += [centers - radius, centers + radius]
+        points += [held, held + layer.cubes.side] if layer.cubes.speaks_for is not None else []
+    every = np.concatenate(points)
+    return every.min(axis=0), every.max(axis=0)
 
 
 def sphere_layer(radius: float, centers: np.ndarray, note: str) -> Layer:
@@ -115,15 +112,8 @@ def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
 
 def cubes_data(cubes: Cubes) -> dict:
     """Return cubes for JSON."""
-    data = {
-        "side": cubes.side,
-        "corners": packed(cubes.corners.ravel(), np.float32),
-        "counts": packed(cubes.counts, np.float32),
-    }
-    if cubes.speaks_for is not None:
-        for name in ("members", "others", "speaks_for"):
-            data[name] = packed(getattr(cubes, name), np.float32)
-    return data
+    names = ["corners", "counts"] + ["members", "others", "speaks_for"] * (cubes.speaks_for is not None)
+    return {"side": cubes.side} | {name: packed(getattr(cubes, name).ravel(), np.float32) for name in names}
 
 
 def object_data(cloud: Cloud) -> dict:
@@ -138,7 +128,7 @@ def object_data(cloud: Cloud) -> dict:
 
 
 def thinned(mesh: Mesh) -> Mesh:
-    """Return a mesh of at most MAX_FACES faces: vertices within a cell become one, coarser until it suffices."""
+    """Return a mesh of at most MAX_FACES faces, in which the vertices within a cell are merged."""
     cells = 1024  # along the longest side
     while len(mesh.faces) > MAX_FACES:
         mesh = clustered(mesh, np.ptp(mesh.vertices, axis=0).max() / cells)
@@ -147,7 +137,7 @@ def thinned(mesh: Mesh) -> Mesh:
 
 
 def clustered(mesh: Mesh, cell: float) -> Mesh:
-    """Return a mesh whose vertices within one cell (metres) are one, without the faces that vanish."""
+    """Return a mesh whose vertices within a cell, of a side in metres, are merged, without faces that vanish."""
     cells = np.floor((mesh.vertices - mesh.vertices.min(axis=0)) / cell).astype(np.int64)
     _, first, merged = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     faces = merged.ravel()[mesh.faces]
@@ -169,5 +159,5 @@ def packed(values: np.ndarray, kind: type) -> str:
 
 
 def rounded(values: np.ndarray) -> list:
-    """Return numbers to a hundredth of a millimetre, as lists."""
+    """Return numbers rounded to five decimals, as lists."""
     return np.round(values, 5).tolist()

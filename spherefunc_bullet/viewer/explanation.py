@@ -1,8 +1,7 @@
-"""Why an object has a function or not: quantities and words, or nearest training objects and cubes of space."""
+"""Explanations of a classification: quantities and sentences, or nearest training objects and cubes of space."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from html import escape
 
 import numpy as np
@@ -13,7 +12,7 @@ from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
-from ..learning.profiles.words import Row, deciding_quantities, nearest, table_cells
+from ..learning.profiles.words import deciding_quantities, nearest, table_cells
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.validation import THRESHOLD
 from ..settling.cached_runs import CloudObject
@@ -26,7 +25,7 @@ QUANTITIES_SHOWN = 6  # of each function
 
 
 def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: DropsByRadius) -> str:
-    """Return a section that says what an object is for, and why.
+    """Return a section with the functions of an object and their explanation.
 
     Parameters
     ----------
@@ -34,7 +33,7 @@ def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: DropsBy
         Fitted.
     cloud : Cloud
     settled : dict of float to Drops
-        What fell on the object at each radius that the classifier uses, as `settle` returns it.
+        The drops on the object at each radius that the classifier uses, as `settle` returns them.
     """
     item = CloudObject(raw_cloud=cloud, drop_config=classifier.drop_config())
     decision = check_stability(classifier.reading_of(settled), item, classifier)
@@ -45,14 +44,15 @@ def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: DropsBy
 
 
 def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision, scores: dict[str, float]) -> str:
-    """Return the section of a classifier by resting profiles: sentences, and what decided each function."""
+    """Return the section of a classifier by resting profiles: sentences, and the quantities that decided."""
     reading, falls = decision.reading, decision.fails_stability_check
     sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in decision.doubts())
     near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(reading))
-    tables = ""
+    tables, head = "", ["quantity", "spheres", "here", "median of training objects", "change without it"]
     for name, score in scores.items():
-        decided = [] if falls else deciding_quantities(reading, name, QUANTITIES_SHOWN)
-        tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}" if decided else ""
+        if decided := [] if falls else deciding_quantities(reading, name, QUANTITIES_SHOWN):
+            table = table_html(head, map(table_cells, decided), texts=2, label=f"What decided, {name}")
+            tables += f"<h3>{escape(name)} {score:.2f}</h3>{table}"
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
         f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in decision.reasons())}.</p>{sure}"
@@ -62,7 +62,7 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision,
 
 
 def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRadius, name: str) -> str:
-    """Return the display of the drops that the answer is read from, at first those that count most for a function."""
+    """Return the display of the drops behind the answer, at first those that count most for a function."""
     layers = []
     for radius in classifier.radii:
         drops = settled.get(radius, NO_DROPS)
@@ -76,12 +76,6 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRad
     radius = classifier.radius_[name] if len(settled.get(classifier.radius_[name], ())) else layers[-1].radius
     panels = [Panel(title="what the answer is read from", layers=layers)]
     return pictured(cloud, panels, panels, radius)
-
-
-def deciding_html(rows: Sequence[Row], name: str) -> str:
-    """Return a table of the quantities that decided about one function."""
-    head = ["quantity", "spheres", "here", "median of training objects", "change without it"]
-    return table_html(head, map(table_cells, rows), texts=2, label=f"What decided, {name}")
 
 
 def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: DropsByRadius, scores: dict[str, float]) -> str:
@@ -100,7 +94,7 @@ def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: DropsByRadius,
 
 
 def verdict(scores: dict[str, float]) -> str:
-    """Return what an object is for, in words.
+    """Return the functions of an object as text.
 
     Examples
     --------
@@ -119,27 +113,22 @@ def function_panel(classifier: CubeClassifier, settled: DropsByRadius, name: str
     for radius, share in weights.items():
         cubes = cube_evidence(classifier, settled, name, radius)
         rows = [row for row in neighbors if row["radius"] == radius]
-        note = evidence_note(cubes, name, radius, share)
-        layers.append(
-            Layer(
-                radius=radius, centers=settled[radius].rests, cubes=cubes, note=note, details=neighbors_html(rows, name)
-            )
-        )
+        note, table = evidence_note(cubes, name, radius, share), neighbors_html(rows, name)
+        layers.append(Layer(radius=radius, centers=settled[radius].rests, cubes=cubes, note=note, details=table))
     return Panel(title=f"{name}: {score:.2f}, {'yes' if score > THRESHOLD else 'no'}", layers=layers)
 
 
 def evidence_note(cubes: Cubes, name: str, radius: float, share: float) -> str:
-    """Return how much a radius counts, and what its cubes say together."""
+    """Return the weight of a radius, and the evidence of its cubes together, as a sentence."""
     pro, contra = np.maximum(cubes.speaks_for, 0).sum(), np.maximum(-cubes.speaks_for, 0).sum()
-    total = pro + contra
-    balance = (
-        f"{pro / total:.0%} of the cubes' weight for, {contra / total:.0%} against" if total else "nothing to tell"
-    )
+    balance = "no evidence from cubes"
+    if total := pro + contra:
+        balance = f"{pro / total:.0%} of the cubes' weight for, {contra / total:.0%} against"
     return f"Spheres of radius {format_length(radius)} make {share:.0%} of the score of {name}; {balance}."
 
 
 def neighbors_html(rows: list[dict], name: str) -> str:
-    """Return a table of the training objects that decide at one radius, heaviest first."""
+    """Return a table of the training objects that decide at one radius, with the largest weight first."""
     head = ["nearest training object", f"is {name}", "distance", "weight"]
     cells = [
         [row["name"], "yes" if row["member"] else "no", f"{row['distance']:.1f}", f"{row['weight']:.3f}"]

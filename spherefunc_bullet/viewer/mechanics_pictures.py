@@ -1,4 +1,4 @@
-"""Pictures of objects as they lie, and of where they can carry: tiles with words below, and a page of them."""
+"""Pictures of objects in their stable poses and under loads: tiles with captions, and a page of them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from .page import image_html, page_html, table_html
 from .pictures import GROUND_COLOUR, CameraView, object_picture
 
 TILE = CameraView(size=(360, 300))
-WORDS = 76  # pixels below a tile
+WORDS = 76  # pixels, height of the caption below a tile
 ABREAST = 5  # tiles in a row
-MOST = 10  # poses drawn of an object
+MOST = 10  # number of poses of an object that are drawn
 INK, GREY, GOOD = (25, 25, 30), (90, 90, 100), (0, 130, 90)
 PAPER = tuple(int(255 * channel) for channel in GROUND_COLOUR)
 STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;color:#1a1a1e}\
@@ -32,25 +32,23 @@ CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 NOTHING = "no function"
 FRAMED = "Green frame: the best pose for a function that the object has. In %: how often it lies so after a fall."
 NO_SPHERES = np.empty((0, 3))
-
-
-ObjectPoses = tuple[Cloud, Sequence[PoseFunctions]]  # an object, and what it is for in each of its poses
+ObjectPoses = tuple[Cloud, Sequence[PoseFunctions]]  # an object, and its functions in each of its poses
 
 
 def pose_words(one: PoseFunctions) -> tuple[str, str]:
-    """Return how likely a pose is, and what the object is for in it, as words."""
+    """Return the probability of a pose, and the functions of the object in it, as text."""
     members = [f"{name} {answer.score:.2f}" for name, answer in one.functions.items() if answer.member]
     share = one.pose.probability
     return f"{100 * share:.0f} %" if share >= 0.005 else "less than 1 %", ", ".join(members) or NOTHING
 
 
 def framed_poses(answers: Sequence[PoseFunctions]) -> set[int]:
-    """Return the poses that are framed: for each function that the object has in one, that of the highest score."""
+    """Return the numbers of the poses with a frame: the best pose for each function, if the object has it there."""
     return {number for name, number in best_poses(answers).items() if answers[number].functions[name].member}
 
 
 def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
-    """Return each object as it lies in its likeliest poses, a row or more for each, its name before them."""
+    """Return each object in its likeliest poses, below its name, in one or more rows."""
     rows: list[Image.Image] = []
     for cloud, answers in objects:
         framed = framed_poses(answers)
@@ -64,12 +62,12 @@ def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
 
 
 def tile(cloud: Cloud, title: str, detail: str, framed: bool) -> Image.Image:
-    """Return an object as it is, with two lines of words below."""
+    """Return a picture of an object with two lines of text below it."""
     return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail, framed=framed)
 
 
 def captioned(image: Image.Image, title: str, detail: str, framed: bool = False) -> Image.Image:
-    """Return an image with two lines below it, and a frame in colour around what is good for something."""
+    """Return an image with two lines of text below it, and a coloured frame if requested."""
     canvas = ImageOps.expand(image, (0, 0, 0, WORDS), PAPER)
     pen, middle = ImageDraw.Draw(canvas), image.width / 2
     size = min(24, int(24 * 0.94 * image.width / max(1, pen.textlength(title, ImageFont.load_default(24)))))
@@ -81,14 +79,14 @@ def captioned(image: Image.Image, title: str, detail: str, framed: bool = False)
 
 
 def titled(image: Image.Image, title: str) -> Image.Image:
-    """Return an image with a line above it."""
+    """Return an image with a line of text above it."""
     canvas = ImageOps.expand(image, (0, 50, 0, 0), PAPER)
     ImageDraw.Draw(canvas).text((16, 28), title, INK, ImageFont.load_default(26), anchor="lm")
     return canvas
 
 
 def noted(image: Image.Image, note: str) -> Image.Image:
-    """Return an image with a note below it, over as many lines as it needs."""
+    """Return an image with a note below it, wrapped into lines."""
     font, lines = ImageFont.load_default(22), [""]
     for word in note.split():
         longer = f"{lines[-1]} {word}".strip()
@@ -101,7 +99,7 @@ def noted(image: Image.Image, note: str) -> Image.Image:
 
 
 def side_by_side(images: Sequence[Image.Image]) -> Image.Image:
-    """Return images of one height beside each other."""
+    """Return images of equal height next to each other."""
     return Image.fromarray(np.hstack(images))
 
 
@@ -131,29 +129,28 @@ def write_picture(picture: Image.Image, path: Path) -> Path:
 
 
 def write_tiles(tiles: Sequence[Image.Image], path: Path | None):
-    """Write objects side by side as PNG, where a picture is asked for and there are any."""
+    """Write objects side by side as PNG, if there is a path and there are any."""
     if path is not None and tiles:
         write_picture(side_by_side(tiles), path)
 
 
 def require_png(path: Path | None):
-    """Raise InputError if a picture cannot be written in a file of such a name."""
+    """Raise InputError if the name of a picture does not end in .png."""
     if path is not None and path.suffix.lower() != ".png":
         raise InputError(f"--picture {path}: expected a file that ends in .png")
 
 
 def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
-    """Write a page that stands alone: each object's poses as a picture and as a table."""
+    """Write a self-contained page with the poses of each object as a picture and as a table."""
     parts = ["<h1>How objects can lie, and what they are for in each pose</h1>"]
     for cloud, answers in objects:
         parts.append(f"<h2>{escape(cloud.name)}</h2>")
         parts.append(image_html(f"{cloud.name} in its poses", png_of(poses_picture([(cloud, answers)]))))
         names = list(answers[0].functions) if answers else []
-        rows = [
-            [f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}", f"{answer.pose.tilt_deg:.0f}°"]
-            + [f"{answer.functions[name].score:.2f}" for name in names]
-            for answer in answers
-        ]
+        rows = []
+        for answer in answers:
+            cells = [f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}", f"{answer.pose.tilt_deg:.0f}°"]
+            rows.append(cells + [f"{answer.functions[name].score:.2f}" for name in names])
         parts.append(table_html(["probability", "by statics", "turned by", *names], rows, texts=0))
     return write_text(path, page_html("Poses", parts, style=STYLE))
 
@@ -171,7 +168,7 @@ def stand_tile(cloud: Cloud, result: StandResult, load: float) -> Image.Image:
 
 
 def carry_tile(cloud: Cloud, result: CarryResult) -> Image.Image:
-    """Return an object with what it still holds, and the share that it kept at each angle, as bars."""
+    """Return a picture of an object with the spheres that it still holds, and the share kept at each angle as bars."""
     image = object_picture(cloud, result.centers, result.radius, TILE)
     canvas = captioned(image, cloud.name, "")
     pen, count = ImageDraw.Draw(canvas), len(result.kept)

@@ -1,4 +1,4 @@
-"""Pages, tables and displays as HTML: complete in themselves, without network or libraries."""
+"""Pages, tables and displays as HTML that needs neither a network nor libraries."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def display_html(display: dict[str, Any], still: bytes | None = None) -> str:
     Parameters
     ----------
     still : bytes, optional
-        A PNG file (`still.still_picture`), which stands where a browser cannot draw, or has not yet.
+        A PNG file (`still.still_picture`), shown where a browser cannot draw the display, or has not drawn it yet.
     """
     data = json.dumps(display, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
     script = f'<script type="application/json">{data}</script>'
@@ -26,10 +26,8 @@ def display_html(display: dict[str, Any], still: bytes | None = None) -> str:
 
 
 def still_html(display: dict[str, Any], still: bytes | None) -> str:
-    """Return what stands in for a display: a picture, and the notes and tables of its panels as they are at first."""
-    parts = []
-    if still is not None:
-        parts.append(image_html(display["name"], still))
+    """Return the replacement of a display: a picture, and the notes and tables of its panels as they are at first."""
+    parts = [] if still is None else [image_html(display["name"], still)]
     for panel in display["panels"]:
         for layer in panel["layers"]:
             if layer["radius"] == display["radius"]:
@@ -39,7 +37,7 @@ def still_html(display: dict[str, Any], still: bytes | None) -> str:
 
 
 def image_html(alt: str, png: bytes) -> str:
-    """Return a picture that carries its own bytes."""
+    """Return an image element with the bytes of a picture in it."""
     return f'<img alt="{escape(alt)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
 
 
@@ -49,7 +47,7 @@ def viewer_style(*, dark: bool = False) -> str:
     Parameters
     ----------
     dark : bool
-        Whether the page follows a reader who prefers dark ones.
+        Whether the page is dark for readers who prefer that.
     """
     return "\n".join(viewer_file(name) for name in ("viewer.css", "dark.css")[: 1 + dark])
 
@@ -65,7 +63,7 @@ def viewer_file(name: str, package: str = __package__) -> str:
 
 
 def page_html(title: str, parts: Iterable[str], *, style: str, script: str = "", kind: str = "") -> str:
-    """Return a whole page that needs nothing beside it, not even a network.
+    """Return a complete page that needs no other files and no network.
 
     Parameters
     ----------
@@ -74,7 +72,7 @@ def page_html(title: str, parts: Iterable[str], *, style: str, script: str = "",
     parts : iterable of str
         HTML, in order.
     style, script : str
-        CSS, and a program that runs after all parts, with names of its own.
+        CSS, and a program that runs after all parts, in a scope of its own.
     kind : str
         Class of the page's body.
     """
@@ -89,25 +87,25 @@ def page_html(title: str, parts: Iterable[str], *, style: str, script: str = "",
 
 
 def display_page(title: str, parts: Iterable[str]) -> str:
-    """Return a whole page of displays and other markup; see `page_html`."""
+    """Return a complete page of displays and other markup; see `page_html`."""
     return page_html(title, parts, style=viewer_style(dark=True), script=viewer_script(), kind="display-page")
 
 
 def table_html(
     head: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int | None = 1, kind: str = "", label: str = ""
 ) -> str:
-    """Return a table, which scrolls where it is wider than the page.
+    """Return a table, which scrolls if it is wider than the page.
 
     Parameters
     ----------
     head, rows
         Plain text.
     texts : int
-        How many of the columns are words, from the left; the others are numbers. None: all of them.
+        Number of columns from the left that are words; the others are numbers. None: all columns are words.
     kind : str
         Class of the table.
     label : str
-        What it holds, for those who cannot see it.
+        Description of the table for readers who cannot see it.
     """
     lines = "\n".join(row_html("td", row, texts) for row in rows)
     return (

@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene
 
 OBJECT_COLOUR = np.array([0.80, 0.77, 0.72])
-CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut lays open
+CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut exposes
 GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
 CUT_BELOW = 0.5  # metres: smaller objects are cut open
 SPHERES_ACROSS = 30  # of a picture: about this many radii to an object's largest extent
-MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
+MAX_POINTS = 60_000  # of a cloud; more are thinned, since a picture has no more pixels for them
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraView:
-    """Where the picture is taken from, and how large it is."""
+    """The view of a picture, and its size."""
 
     azimuth_deg: float = -120.0  # of the camera about z, 0 from +x; fronts face -y, so this is the front left
     elevation_deg: float = 25.0
@@ -51,7 +51,7 @@ class CameraView:
 
 @dataclass(frozen=True, eq=False)
 class PicturePart:
-    """What rays can hit: a scene of triangles, or of balls made of triangles."""
+    """A part of a picture that rays can hit: a scene of triangles, or of balls made of triangles."""
 
     scene: RaycastingScene
     colours: np.ndarray  # (1, 3), or (S, 3) of balls
@@ -80,14 +80,14 @@ class Rays:
         return self.origins + self.directions * distance[..., None]
 
     def beyond_cut(self, view: CameraView, centre: np.ndarray) -> Rays:
-        """Return the rays from the cut's plane through the centre on, if there is a cut."""
+        """Return the rays, beginning at the plane of the cut through the centre if there is a cut."""
         if not view.cut:
             return self
         travel = ((centre - self.origins) @ view.facing) / (self.directions @ view.facing)
         return replace(self, origins=self.places(travel))
 
     def first_hits(self, scene: RaycastingScene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return distance (inf for none), triangle and unit normal of what each ray hits first."""
+        """Return the distance (inf for none), triangle and unit normal of the first hit of each ray."""
         hit = scene.cast_rays(rays_from(self.origins, self.directions))
         return hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_normals"].numpy()
 
@@ -160,9 +160,9 @@ def render_coloured(
 
 
 def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: CameraView) -> Image:
-    """Draw an object as `render` does; a small one is cut open, because what it holds is inside.
+    """Draw an object as `render` does; a small one is cut open to show the spheres inside.
 
-    A cloud has no surface to cut: its points in front go, and the spheres among them.
+    A cloud has no surface to cut, so its points in front of the plane are left out, and the spheres among them.
     """
     view = replace(view, cut=view.cut or is_cut(cloud))
     if cloud.mesh is not None:
@@ -174,7 +174,7 @@ def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: Camer
 
 
 def is_cut(cloud: Cloud) -> bool:
-    """Tell whether an object is so small that it is cut open."""
+    """Return whether an object is so small that it is cut open."""
     return bool(cloud.size.max() < CUT_BELOW)
 
 
@@ -240,7 +240,7 @@ def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit:
 
 
 def shadowed(parts: list[PicturePart], where: np.ndarray, normals: np.ndarray, view: CameraView) -> np.ndarray:
-    """Tell which places the light does not reach; into a cut object it does."""
+    """Return which places the light does not reach, (H, W) bool; the inside of a cut object is lit."""
     offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
     start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
     rays, blocked = rays_from(start, LIGHT), np.zeros(where.shape[:2], bool)

@@ -1,11 +1,12 @@
-"""Pictures and pages of places: regions drawn on the object, a person drawn sitting, a stream drawn pouring.
+"""Pictures and pages of places: their regions on the object, a person who sits there, a stream that is poured.
 
-A person's limbs are rods with round ends, who rests on the seat.
+The person is made of rods with round ends.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,25 +15,20 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
 from ..formats.files import write_bytes, write_text
-from ..places.place import SHOWN
+from ..places.place import SHOWN, Place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
-    from ..places.place import Place
     from .data import Panel
 
-from dataclasses import dataclass
-
-from ..places.place import Place
-
 Rod = tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray, float]  # ends, radius
-TALL = 1.75  # metres: the person of the numbers below
+TALL = 1.75  # metres, height of the person whose dimensions follow
 SHANK = 0.46  # metres from the knee to the ankle
 FOOT = 0.045  # metres: radius of a foot and of a shank
 KNEE = np.array([0.42, 0.10, 0.07])
-# Ahead, to the left, and up from the seat, metres; of limbs that come in pairs the left one.
+# Ahead, to the left, and up from the seat, metres; the left one of limbs that come in pairs.
 SINGLE: tuple[Rod, ...] = (
     ((0.0, 0.0, 0.12), (0.0, 0.0, 0.48), 0.10),  # trunk
     ((0.0, -0.15, 0.55), (0.0, 0.15, 0.55), 0.055),  # shoulders
@@ -56,7 +52,7 @@ class Limb:
     radius: float
 
     def surface(self, step: float) -> np.ndarray:
-        """Return a grid of points (rows, columns, 3) on the surface, about so far apart, each row a closed ring."""
+        """Return a grid of points (rows, columns, 3) on the surface, about a step apart; each row is a closed ring."""
         length = np.linalg.norm(self.end - self.start)
         axis = (self.end - self.start) / length
         aside = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
@@ -77,9 +73,9 @@ class Limb:
 
 
 def seated_person(place: Place, person: float = TALL) -> list[Limb]:
-    """Return the limbs of a person, so tall in metres, who sits at a place.
+    """Return the limbs of a person, of a height in metres, who sits at a place.
 
-    Both feet are on the ground where the seat is low enough.
+    Both feet are on the ground if the seat is low enough.
     """
     scale = person / TALL
     angle = np.radians(0.0 if place.heading_deg is None else place.heading_deg)
@@ -92,7 +88,7 @@ def seated_person(place: Place, person: float = TALL) -> list[Limb]:
 
 
 def shank_and_foot(height: float) -> list[Rod]:
-    """Return the left shank and foot on a seat of a height above the ground, metres: on a low seat further ahead."""
+    """Return the left shank and foot for the height of a seat, metres; on a low seat they are further ahead."""
     down = float(np.clip(height + KNEE[2] - FOOT, 0.1, SHANK))
     ankle = KNEE + [np.sqrt(SHANK**2 - down**2), 0.0, -down]
     return [(KNEE, ankle, FOOT), (ankle, ankle + [0.17, 0.0, 0.0], FOOT)]
@@ -106,7 +102,7 @@ def person_faces(limbs: list[Limb]) -> np.ndarray:
 
 
 def person_points(limbs: list[Limb], step: float) -> np.ndarray:
-    """Return points (N, 3) on the surface of a person, about so far apart."""
+    """Return points (N, 3) on the surface of a person, about a step apart."""
     points = []
     for limb in limbs:
         surface = limb.surface(step)[:, :-1].reshape(-1, 3)
@@ -116,25 +112,22 @@ def person_points(limbs: list[Limb], step: float) -> np.ndarray:
 
 
 MOST_POINTS = 6000
-DRAWN = 0.25  # the least score of a place that is drawn
-POSES = 20  # that are drawn of a place
-BEAD = 0.01  # of the object's largest extent: the radius of the spheres that lines are made of
+DRAWN = 0.25  # least score of a place that is drawn
+POSES = 20  # number of poses that are drawn of a place
+BEAD = 0.01  # of the object's largest extent: radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
 BODY = "0.45"  # the grey of a person
 FAILED = "0.35"  # the grey of a place that did not hold when it was used
 WORDS = {"sit": "a place to sit", "put": "to put something", "pour": "to pour", FAILED: "did not hold when it was used"}
 EXPLAINED = (
     "Pale: the object. Drawn with small spheres, coloured by height: the outline of each place, a person "
-    "{person:g} m tall who sits there, a stream that is poured; single spheres are poses at which the object stands "
-    "that was to be put down. Drag to turn, scroll to zoom."
+    "{person:g} m tall who sits there, a stream that is poured; single spheres are poses in which the object can be "
+    "put down. Drag to turn, scroll to zoom."
 )
 
 
 def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], person: float = TALL) -> bytes:
-    """Return a PNG with a panel for each object: its name, its points (N, 3) with z up, and its places.
-
-    Places and points are in one frame, metres.
-    """
+    """Return a PNG with a panel for each object: name, points (N, 3) and places, in one frame, z up, metres."""
     from matplotlib.figure import Figure
 
     from .still import png_of_figure
@@ -153,15 +146,12 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], per
 
 
 def add_legend(figure: Figure, places: Sequence[Place], person: float):
-    """Write under the panels what each colour means that is in one of them."""
+    """Add a legend below the panels with the colours that occur in them."""
     from matplotlib.patches import Patch
 
     used = {(FAILED if did_not_hold(place) else place.kind) for place in places}
-    keys = [
-        Patch(facecolor=COLOURS.get(kind, FAILED), alpha=0.6, label=words)
-        for kind, words in WORDS.items()
-        if kind in used
-    ]
+    shown = {kind: words for kind, words in WORDS.items() if kind in used}
+    keys = [Patch(facecolor=COLOURS.get(kind, FAILED), alpha=0.6, label=words) for kind, words in shown.items()]
     if "sit" in used:
         keys.append(Patch(facecolor=BODY, label=f"a person {person:g} m tall who sits there"))
     if keys:
@@ -169,12 +159,12 @@ def add_legend(figure: Figure, places: Sequence[Place], person: float):
 
 
 def did_not_hold(place: Place) -> bool:
-    """Return whether a place was used, and failed."""
+    """Return whether a place has a proof that failed."""
     return place.proven is not None and not place.proven.holds
 
 
 def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Place], person: float):
-    """Draw an object's points, in a frame that has room for whoever sits on it."""
+    """Draw the points of an object, with room for persons who sit on it."""
     some = points[:: max(1, len(points) // MOST_POINTS)]
     axes.scatter(*some.T, s=1.5, c="0.6", linewidths=0, depthshade=False)
     low, high = corners_of(points)
@@ -190,7 +180,7 @@ def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Pl
 
 
 def draw_place(axes: Axes3D, place: Place, person: float):
-    """Draw one place's region, and how it is used."""
+    """Draw the region of a place, and how it is used."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     failed = did_not_hold(place)
@@ -210,7 +200,7 @@ def draw_place(axes: Axes3D, place: Place, person: float):
 
 
 def stream_of(place: Place) -> np.ndarray:
-    """Return the ends (2, 3) of the stream that is poured there."""
+    """Return the ends (2, 3) of the stream that is poured at a place."""
     return np.array([place.position + [0, 0, 3 * (place.depth or 0.05) / 2], [*place.position[:2], place.height]])
 
 
@@ -235,35 +225,31 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
         some = [panel for panel in panels if len(panel.layers[0].centers)]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
         parts.append(pictured(cloud, some, some) if some else "<p>No place.</p>")
-        if len(drawn) < len(places):
-            parts.append(f"<p>{left_out_text(len(places) - len(drawn))}</p>")
+        if count := len(places) - len(drawn):
+            what = f"{count} {'place' if count == 1 else 'places'}"
+            parts.append(f"<p>Not shown: {what} of functions that the object does not have.</p>")
     write_text(path, display_page("Places", parts))
 
 
-def left_out_text(count: int) -> str:
-    """Return how many places are not on the page, and why."""
-    return f"Not shown: {count} {'place' if count == 1 else 'places'} of functions that the object does not have."
-
-
 def panel_of(cloud: Cloud, kind: str, places: Sequence[Place], person: float) -> Panel:
-    """Return the panel of one kind of places."""
+    """Return the panel for one kind of place."""
     from ..learning.reasons.cubes import Cubes
     from .data import Layer, Panel
     from .page import table_html
 
     radius = float(np.clip(BEAD * cloud.size.max(), 0.0005, 0.02))
-    bar = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf is no table, and yet has places
-    drawn = [one for one in places if one.score >= bar]
+    threshold = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf has places with low scores
+    drawn = [one for one in places if one.score >= threshold]
     lines = [line for place in drawn for line in lines_of(place)]
     persons = [person_points(seated_person(place, person), 1.3 * radius) for place in drawn if kind == "sit"]
     poses = [pose[None, :3, 3] for place in drawn for pose in place.poses[:POSES]]
     beads = np.vstack([*(beads_on(line, radius) for line in lines), *persons, *poses, np.empty((0, 3))])
     head = ["height / m", "faces", "score", "free above / m", "proof"]
-    rows = [
-        [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance)]
-        + [str(one.proven or "")]
-        for one in drawn
-    ]
+    rows = []
+    for one in drawn:
+        heading = "any" if one.heading_deg is None else f"{one.heading_deg:.0f}°"
+        clearance = "open" if one.clearance is None else f"{one.clearance:.2f}"
+        rows.append([f"{one.height:.3f}", heading, f"{one.score:.2f}", clearance, str(one.proven or "")])
     none = Cubes(side=1.0, corners=np.empty((0, 3)), counts=np.empty(0))
     note = f"{len(drawn)} of {len(places)} places to {kind}"
     layer = Layer(radius=radius, centers=beads, cubes=none, note=note, details=table_html(head, rows))
@@ -277,18 +263,8 @@ def lines_of(place: Place) -> list[np.ndarray]:
 
 
 def beads_on(line: np.ndarray, radius: float) -> np.ndarray:
-    """Return points along a line (K, 3), so near that spheres about them touch."""
+    """Return points along a line (K, 3), so close that spheres around them touch."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.append(0.0, np.cumsum(steps))
     at = np.linspace(0.0, along[-1], 2 + int(along[-1] / (1.5 * radius)))
     return np.column_stack([np.interp(at, along, line[:, axis]) for axis in range(3)])
-
-
-def degrees(angle: float | None) -> str:
-    """Return a heading as a table shows it."""
-    return "any" if angle is None else f"{angle:.0f}°"
-
-
-def metres(length: float | None) -> str:
-    """Return a free height as a table shows it."""
-    return "open" if length is None else f"{length:.2f}"

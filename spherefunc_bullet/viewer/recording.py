@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from rerun import RecordingStream
 
 TIMELINE = "drop"
-FRAMES = 200  # of one run, at most: each holds all spheres so far
-POINT = 0.001  # metres, radius at which an object's points are drawn
+FRAMES = 200  # most frames of one run; each holds all spheres settled so far
+POINT = 0.001  # metres, radius of the points of an object
 
 
 def write_recording(objects: Iterable[tuple[str, Cloud, Mapping[str, Iterable[DropResult]]]], path: Path) -> Path:
@@ -34,7 +34,7 @@ def write_recording(objects: Iterable[tuple[str, Cloud, Mapping[str, Iterable[Dr
         import rerun
     stream = rerun.RecordingStream("spherefunc")
     with writing(path):
-        path.open("ab").close()  # Rerun's own error is no line for users
+        path.open("ab").close()  # raises a clearer error than Rerun
         stream.save(path)
     stream.log("/", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     for name, cloud, results in objects:
@@ -62,6 +62,6 @@ def log_drops(stream: RecordingStream, entity: str, result: DropResult):
 
 
 def settled_drops(result: DropResult) -> np.ndarray:
-    """Return the number of each drop that settled, (S,) int from 1; without outcomes, only settled ones are counted."""
+    """Return the number of each drop that settled, (S,) int from 1; without outcomes, only settled drops count."""
     settled = np.flatnonzero(np.asarray(result.outcomes) == Outcome.SETTLED)
     return 1 + (settled if len(settled) == len(result.centers) else np.arange(len(result.centers)))

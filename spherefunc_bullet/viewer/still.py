@@ -1,4 +1,4 @@
-"""A picture that stands still, for browsers that draw no 3D: the object's points and its settled spheres."""
+"""A still picture of an object's points and its settled spheres, for browsers that cannot draw in 3D."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ FINER = 120  # dots per inch of a picture that is looked at alone
 
 
 def pictured(cloud: Cloud, panels: Sequence[Panel], drawn: Sequence[Panel], radius: float | None = None) -> str:
-    """Return the markup of a display of panels, and of a picture of some that stands in for it; see `display`."""
+    """Return the markup of a display of panels, with a still picture of some of them in its place; see `display`."""
     return display_html(display(cloud, panels, radius), still_picture(cloud, drawn, radius))
 
 
 def still_picture(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> bytes:
-    """Return the panels side by side as a PNG file, from the front and the left, as they are at first.
+    """Return the panels side by side as a PNG file, seen from the front left, as they are at first.
 
     Parameters
     ----------
     radius : float, optional
-        Of the layers that are drawn, metres; the first panel's first without it.
+        Of the layers that are drawn, metres; by default that of the first layer of the first panel.
     """
     radius = panels[0].layers[0].radius if radius is None else radius
     settled = []
     for panel in panels:
-        centers = [layer.centers for layer in panel.layers if layer.radius == radius]
-        settled.append((panel.title, centers[0] if centers else np.empty((0, 3))))
+        centers = (layer.centers for layer in panel.layers if layer.radius == radius)
+        settled.append((panel.title, next(centers, np.empty((0, 3)))))
     return png_of_figure(still_figure(cloud, settled))
 
 
@@ -58,7 +58,7 @@ def still_figure(cloud: Cloud, settled: Sequence[tuple[str, np.ndarray]], dots: 
 
 
 def explained_figure(cloud: Cloud, title: str, centers: np.ndarray, radius: float) -> Figure:
-    """Return a figure of settled centres (S, 3), metres, with a scale bar, and words on what its colours mean."""
+    """Return a figure of settled centres (S, 3), metres, with a scale bar and an explanation of its colours."""
     figure = still_figure(cloud, [(title, centers)], FINER)
     length = draw_scale_bar(figure.axes[0], cloud)
     note = (
@@ -80,7 +80,7 @@ def draw_scale_bar(axes: Axes3D, cloud: Cloud) -> float:
 
 
 def round_length(length: float) -> float:
-    """Return the longest of 1, 2, 5, 10, 20... that is not above a length, in its unit.
+    """Return the largest of 1, 2, 5, 10, 20... that is at most a length, in its unit.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def png_of_figure(figure: Figure) -> bytes:
 
 
 def draw_panel(axes: Axes3D, cloud: Cloud, centers: np.ndarray):
-    """Draw the points of a cloud and settled centres (S, 3), metres, those that are higher brighter."""
+    """Draw the points of a cloud and settled centres (S, 3), metres; higher ones are brighter."""
     points, spheres = some(cloud.points, POINTS), some(centers, SPHERES)
     axes.scatter(*points.T, s=1, c="0.6", linewidths=0, depthshade=False)
     if len(spheres):
@@ -110,5 +110,5 @@ def draw_panel(axes: Axes3D, cloud: Cloud, centers: np.ndarray):
 
 
 def some(points: np.ndarray, count: int) -> np.ndarray:
-    """Return at most this many rows, evenly chosen."""
+    """Return at most this many rows, evenly spaced."""
     return points[:: max(1, -(-len(points) // count))]
