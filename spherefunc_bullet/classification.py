@@ -1,4 +1,4 @@
-"""The classification of an object, step by step: those of the paper, and ours.
+"""The classification of an object, step by step: the steps of the paper, and ours.
 
 The command line, `classify` in Python, estimators, viewer, arrangements and benchmarks all call this module.
 """
@@ -21,7 +21,7 @@ from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.settling import falls_over, loses_water
 
 CUP, SITTABLE, TABLE = "cup", "sittable", "table"
-POSSIBLE = 0.2  # least score of a completed view at which what was not seen may decide
+POSSIBLE = 0.2  # least score of a completed view at which the unseen side may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS_OVER = "it would fall over when put down like this; an object that would fall over has no function"
 LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
@@ -35,11 +35,8 @@ WRONG_UP_AXIS = 'as it stands it would fall over, and would not with y up: is it
 DISAGREE = "the backends disagree about {function}: {scores}"
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
 
-
 Memberships = dict[str, Membership]  # by function
-ModelPair = tuple[
-    FunctionModel, Callable[[], FunctionModel]
-]  # a model, and a function that returns the model for single views
+ModelPair = tuple[FunctionModel, Callable[[], FunctionModel]]  # a model, and what returns that for single views
 
 
 class DropTarget(Protocol):
@@ -65,7 +62,7 @@ class DropTarget(Protocol):
 def has_no_place_to_sit(cloud: Cloud) -> bool:
     """Return whether `places` finds no place to sit on an object; False without a mesh.
 
-    The points of a sensor are too rough or too few for places more often than there is none.
+    If no place is found among the points of a sensor, they are more often too rough or too few than there is none.
     """
     if cloud.mesh is None:
         return False
@@ -83,7 +80,7 @@ class UseCheck:
     function: str
     fails: Callable[[Cloud], bool]
     doubt: str
-    excludes: bool  # whether an object that fails has not the function
+    excludes: bool  # whether an object that fails does not have the function
 
 
 USE_CHECKS = (
@@ -94,7 +91,7 @@ USE_CHECKS = (
 
 
 def failed_uses(functions: Collection[str], check: Check) -> tuple[UseCheck, ...]:
-    """Return the checks that an object fails, of those for functions that it seems to have."""
+    """Return the failed checks of an object, among those for functions that it seems to have."""
     return tuple(use for use in USE_CHECKS if use.function in functions and check(use.name, use.fails))
 
 
@@ -113,7 +110,7 @@ class Decision:
 
     @property
     def scores(self) -> np.ndarray:
-        """(F,) float, 0 to 1; all 0 for an object that would fall over, and as a cup for one that leaks."""
+        """(F,) float, 0 to 1; all are 0 if the object would fall over, and the score as a cup is 0 if it leaks."""
         no_function = excluded(self.model.functions_, self.fails_stability_check, self.failed_uses)
         return np.where(no_function, 0.0, self.reading.scores)
 
@@ -129,11 +126,12 @@ class Decision:
 
     def reasons(self, explain: bool = True) -> list[str]:
         """Return sentences that explain the answer; none for models that count cubes."""
-        sentences = self.reading.model.sentences(self.reading) if explain else []
+        sentences = [FALLS_OVER] if self.fails_stability_check else []
+        if explain:
+            sentences += self.reading.model.sentences(self.reading)
         if explain and self.objects_on_top:
             sentences.append(ON_TOP.format(objects=f"{self.objects_on_top} object{'s' * (self.objects_on_top > 1)}"))
-        sentences = [*sentences, WRONG_UP_AXIS] if self.wrong_up_axis else sentences
-        return [FALLS_OVER, *sentences] if self.fails_stability_check else sentences
+        return sentences + [WRONG_UP_AXIS] * self.wrong_up_axis
 
     def doubts(self) -> list[str]:
         """Return sentences that say why the answer is unsure; none if it is sure."""
@@ -190,7 +188,9 @@ def classify(target: DropTarget, model: FunctionModel, view_model: Callable[[], 
     """
     decision = decide(target, model)
     if TABLE in decision.functions:
-        return with_objects_on_top(decision, target)
+        name = f"objects_on_table_{model.drop_config().simulator.name}"
+        count = target.count(name, lambda cloud: model.objects_on_table(cloud, decision.reading))
+        return replace(decision, objects_on_top=count)
     if decision.functions:
         return decision
     if not target.check("one_view", looks_like_one_view):
@@ -222,16 +222,9 @@ def check_stability(reading: Reading, target: DropTarget, model: FunctionModel) 
 
 
 def excluded(functions: Sequence[str], falls: bool, failed: Collection[UseCheck]) -> np.ndarray:
-    """Return which functions (F,) bool an object cannot have: all if it falls over, those whose use it fails."""
+    """Return the functions (F,) bool that an object cannot have: all if it falls over, or those whose check fails."""
     failed_functions = {use.function for use in failed if use.excludes}
     return np.array([falls or name in failed_functions for name in functions])
-
-
-def with_objects_on_top(decision: Decision, target: DropTarget) -> Decision:
-    """Return the decision about a table, with the number of objects that stand on it."""
-    name = f"objects_on_table_{decision.model.drop_config().simulator.name}"
-    count = target.count(name, lambda cloud: decision.model.objects_on_table(cloud, decision.reading))
-    return replace(decision, objects_on_top=count)
 
 
 def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel) -> Decision:
@@ -254,7 +247,7 @@ def nothing_settled(reading: Reading) -> bool:
 
 
 def doubts(decision: Decision) -> list[str]:
-    """Return sentences that say why an answer is unsure; all rules of doubt are here."""
+    """Return sentences that say why an answer is unsure; all rules for this are here."""
     found = disagreements(decision.by_backend)
     if decision.fails_stability_check:
         return found

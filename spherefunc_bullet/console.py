@@ -1,7 +1,7 @@
-"""What commands print: JSON on stdout, everything else on stderr, a progress bar only on a terminal.
+"""Output of commands: results on stdout, messages on stderr, a progress bar only on a terminal.
 
-All of it goes through here (ruff forbids `print` elsewhere): names of files and of training objects come from
-strangers, so what a terminal would obey in them is shown as text.
+All output goes through this module (ruff forbids `print` elsewhere): names of files and of training objects come from
+strangers, so characters that control a terminal are written out as text.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import Any
 
 from .errors import InputError, one_line
 
-_shown: list[str] = []  # the bar on the terminal, which has room for one
-# What errors of the library call as arguments in Python: the same words are options here, see `as_options`.
+_shown: list[str] = []  # the progress bar on the terminal, at most one
+# Arguments that errors of the library name as in Python; on the command line they are options, see `as_options`.
 _ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale")
 _ARGUMENT = re.compile(rf'\b({"|".join(_ARGUMENTS)})=(?:"([^"]*)"|(?=[\s,;.:)]|$))')
-# What terminals obey, or cannot show: control characters but tab and line break, marks that turn the direction of
-# writing, and bytes of a file's name that are no text.
+# Characters that control terminals or cannot be shown: control characters except tab and line break, marks that change
+# the direction of writing, and bytes in the name of a file that are not text.
 _OBEYED = [*range(9), *range(11, 32), *range(127, 160), 0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
 _AS_TEXT = {code: ascii(chr(code))[1:-1] for code in [*_OBEYED, *range(0xD800, 0xE000)]}
 
 
 def printable(text: str) -> str:
-    r"""Return a text with what a terminal would obey written out.
+    r"""Return a text in which characters that control a terminal are written out.
 
     Examples
     --------
@@ -37,7 +37,7 @@ def printable(text: str) -> str:
 
 
 def as_options(text: str) -> str:
-    """Return an error of the library with the arguments that it names as options of the command line.
+    """Return an error of the library, with the arguments in it written as options of the command line.
 
     Examples
     --------
@@ -58,26 +58,26 @@ def print_json(value: object):
 
 
 def say(line: str):
-    """Print a line on stderr, in one piece: other processes may write there at the same time."""
+    """Print a line on stderr in one write, since other processes may write there at the same time."""
     sys.stderr.write(f"{printable(as_options(line))}\n")
 
 
 class _Saying(logging.Handler):
-    """Says what is logged."""
+    """Prints log records on stderr."""
 
     def emit(self, record: logging.LogRecord):
         say(self.format(record))
 
 
 def log_on_stderr(level: int = logging.INFO):
-    """Have the library say on stderr what takes long."""
+    """Print messages of the library about slow steps on stderr."""
     logger = logging.getLogger("spherefunc")
     logger.setLevel(level)
     logger.addHandler(_Saying())
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:
-    """Pass items on and show how far it is, on a terminal only, and not within a stage that shows that already."""
+    """Yield items under a progress bar, on a terminal only, and not within a stage that has a bar already."""
     if _shown or not sys.stderr.isatty():
         yield from items
         return
@@ -94,7 +94,7 @@ def progress(items: Iterable, total: int, doing: str) -> Iterator:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
-    """Print a table on stdout, the first column to the left and numbers to the right; nothing where it has no rows."""
+    """Print a table on stdout, with the first column aligned left and others right; nothing if it has no rows."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -117,7 +117,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
 def passed(
     outcomes: Iterable[tuple[int, Any]], total: int, doing: str, failed: Callable[[InputError], object]
 ) -> Iterator[tuple[int, Any]]:
-    """Pass on numbered outcomes under a progress bar; errors among them go to ``failed``, and are left out."""
+    """Yield numbered outcomes under a progress bar, except for errors, which go to ``failed``."""
     for index, outcome in progress(outcomes, total, doing):
         if isinstance(outcome, InputError):
             failed(outcome)
@@ -126,18 +126,18 @@ def passed(
 
 
 class Failures:
-    """Files that could not be used: said at once, and remembered for the exit code."""
+    """Files that could not be used: errors are printed at once, and counted for the exit code."""
 
     def __init__(self):
         self.count = 0
 
     def add(self, error: InputError):
-        """Say one file's error and go on."""
+        """Print the error of a file."""
         fail(error)
         self.count += 1
 
     def exit(self):
-        """Leave with code 2 if there were any."""
+        """Exit with code 2 if there were any."""
         if self.count:
             sys.exit(2)
 

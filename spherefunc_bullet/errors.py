@@ -1,4 +1,4 @@
-"""The one exception that means "the user can mend this", and what can befall a task in a process of its own."""
+"""The exception for errors that the user can fix, and those of tasks in processes of their own."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 class InputError(ValueError):
     """A file, value or option that cannot be used.
 
-    The message is one line: what it is about, what was expected, what came, and the fix.
-    The command line prints it and exits with code 2; library code lets it pass.
+    The message is one line: the subject, what was expected, what was found, and the fix. The command line prints it and
+    exits with code 2; library code does not catch it.
     """
 
-    outcome = "refused"  # what a ledger calls it
+    outcome = "refused"  # its name in a ledger
 
 
 class Crashed(InputError):
@@ -25,33 +25,33 @@ class Crashed(InputError):
 
 
 class TimedOut(InputError):
-    """A task that took longer than it may, twice."""
+    """A task that exceeded its time limit twice."""
 
     outcome = "timed out"
 
 
 class OutOfMemory(InputError):
-    """A task that needed more memory than there is, or than it may have, twice."""
+    """A task that exceeded its memory limit, or all memory, twice."""
 
     outcome = "out of memory"
 
 
 class Unexpected(InputError):
-    """An error that is ours or a backend's, in a run that goes on whatever happens."""
+    """An error in this package or in a backend, during a run that goes on."""
 
     outcome = "error"
 
 
 @contextmanager
 def explaining(line: str, *kinds: type[Exception], why: str = "") -> Iterator[None]:
-    """Turn errors of some kinds that are raised within into one line for the user.
+    """Raise InputError with a line for the user in place of errors of some kinds.
 
     Parameters
     ----------
     line : str
-        What it is about, what was expected, and the fix.
+        The subject, what was expected, and the fix.
     why : str
-        What stands between the line and what the error says, such as ``"; "``; if empty, that is left out.
+        Separator between the line and the text of the error, such as ``"; "``; if empty, that text is left out.
     """
     try:
         yield
@@ -63,7 +63,7 @@ FAILURES = tuple(error.outcome for error in (InputError, Crashed, TimedOut, OutO
 
 
 def require_known(what: str, names: Iterable[str], known: Iterable[str]):
-    """Raise InputError unless every one of the names is among those there are.
+    """Raise InputError unless all names are known.
 
     Examples
     --------
@@ -79,17 +79,17 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
 
 
 def one_line(value: object) -> str:
-    """Return a value as text without line breaks: a file's name may hold one."""
+    """Return a value as text without line breaks, which the name of a file may contain."""
     return " ".join(str(value).split())
 
 
 def warn_renamed(old: str, new: str):
-    """Warn whoever calls the caller that a public name has another one; the old one goes with the next version."""
+    """Warn, for the code that calls the caller, that a public name has changed and the old one will be removed."""
     warnings.warn(f"{old} is now {new}, and goes with the next version", DeprecationWarning, stacklevel=3)
 
 
 def renamed(old: str, new: str) -> property:
-    """Return a property that warns and returns a public attribute, under its old name."""
+    """Return a property for the old name of a public attribute, which warns and returns the attribute."""
 
     def read(self: object) -> Any:
         warn_renamed(old, new)

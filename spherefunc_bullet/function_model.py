@@ -17,7 +17,7 @@ from .settling.drops import DropsByRadius, RunLimit
 from .simulator import Simulator
 
 # Limits of models: a model file may come from anybody, and its runs must end.
-SPHERES = (0.0005, 0.2)  # metres, smallest and largest radius: a larger sphere lies on no seat
+SPHERES = (0.0005, 0.2)  # metres, smallest and largest radius: larger spheres do not rest on a seat
 MOST_RADII, MOST_DROPS = 20, 10_000  # drops at each radius
 THRESHOLD = 0.5  # score above which an object is a member
 

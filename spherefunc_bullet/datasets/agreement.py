@@ -16,7 +16,7 @@ from .dataset import Dataset, DatasetObject, label_text, size_of
 def require_agreement(dataset: Dataset):
     """Raise InputError if a file, or two files of the same content, are labelled with different functions.
 
-    Files that cannot be read are left to whoever reads them. Only files of one size are read at all.
+    Only files of equal size are read; files that cannot be read are ignored here.
     """
     sizes = Counter(size_of(item.path) for item in dataset.objects)
     for same in (os.path.realpath, partial(content_of, sizes)):
@@ -28,7 +28,7 @@ def require_agreement(dataset: Dataset):
 
 
 def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject) -> str:
-    """Return what two labels of one object say, in one line."""
+    """Return the error for an object with two different labels, as one line."""
     names = [dataset.name_of(item.path) for item in (first, second)]
     what = "it is listed twice" if names[0] == names[1] else f"{names[1]} holds the same"
     labels = " and ".join(label_text(item.functions) for item in (first, second))
@@ -36,7 +36,7 @@ def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject)
 
 
 def content_of(sizes: Counter[int], path: Path) -> str:
-    """Return what tells what a file holds: a hash where another file is of the same size, else its path."""
+    """Return a key for the content of a file: a hash if another file has the same size, else its path."""
     size = size_of(path)
     if size >= 0 and sizes[size] > 1:
         with suppress(OSError), open(path, "rb") as file:

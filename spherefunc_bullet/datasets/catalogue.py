@@ -1,4 +1,4 @@
-"""Catalogues: made-up objects, found through the entry-point group ``spherefunc.catalogues``, and written once.
+"""Catalogues of generated objects, found through the entry-point group ``spherefunc.catalogues`` and written once.
 
 A catalogue is a function of a seed that returns objects with ``name``, ``label``, ``also``, ``category`` and
 ``mesh`` (a `trimesh.Trimesh` in metres, z up).
@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..formats.files import cache_home, write_bytes, write_csv, writing
 
 COLUMNS = ("file", "label", "also", "category", "group")
-VERSION = 2  # of the built catalogues on disk; another number, built anew
+VERSION = 2  # of the catalogues on disk; they are built again when it changes
 
 
 def catalogue_entry_points() -> dict[str, EntryPoint]:
@@ -45,7 +45,7 @@ def built_catalogue(name: str) -> Path:
 
 
 def built_once(folder: Path, build: Callable[[Path], object]) -> Path:
-    """Return the manifest of a folder, which is built the first time; two processes may do so at once.
+    """Return the manifest of a folder, which is built the first time, even by two processes at once.
 
     Raises
     ------
@@ -74,9 +74,9 @@ def write_catalogue(objects: Iterable, directory: str | os.PathLike, group: str)
     objects : iterable
         Each with ``name``, ``label``, ``also``, ``category`` and ``mesh``.
     directory : path
-        Made if it is missing.
+        Created if it is missing.
     group : str
-        The source that the manifest names for every object.
+        The source of all objects in the manifest.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Data sets: which files there are, and what each object is for.
+"""Data sets: files of objects, and the functions of each.
 
 ``DATA`` on the command line is a folder with a ``manifest.csv``, a folder of folders named for their label,
 or the name of a built-in catalogue.
@@ -27,13 +27,13 @@ class DatasetObject:
     """One object of a data set."""
 
     path: Path
-    functions: frozenset[str]  # labelled so, the primary function; empty for none
-    also: frozenset[str] = frozenset()  # true as well, or disputed, but not the primary one
+    functions: frozenset[str]  # the labels, its primary functions; empty for none
+    also: frozenset[str] = frozenset()  # functions that are true as well or disputed, but not primary
     category: str = ""
     group: str = ""  # its source
-    source: str = ""  # who made it, where that has to be said
+    source: str = ""  # its author, if that must be named
     license: str = ""
-    of: str = ""  # what it is an impaired or harmlessly changed copy of, a file's name
+    of: str = ""  # file name of the object of which it is an impaired or harmless copy
 
 
 @dataclass(frozen=True)
@@ -42,18 +42,18 @@ class Dataset:
 
     name: str
     objects: tuple[DatasetObject, ...]
-    folder: Path | None = None  # below which the objects' files lie
+    folder: Path | None = None  # that contains the files of the objects
 
     @cached_property
     def functions(self) -> tuple[str, ...]:
-        """Return the names of all functions that some object has, sorted."""
+        """The names of all functions that some object has, sorted."""
         return tuple(sorted(set().union(*(item.functions for item in self.objects))))
 
     def __len__(self) -> int:
         return len(self.objects)
 
     def name_of(self, path: Path) -> str:
-        """Return what an object is called wherever the data set lies: its path below the folder, with slashes."""
+        """Return the name of an object, which does not depend on the place of the data set: its path in the folder."""
         return str(path) if self.folder is None else Path(os.path.relpath(path, self.folder)).as_posix()
 
 
@@ -79,7 +79,7 @@ def open_dataset(data: str | Path) -> Dataset:
 
 
 def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
-    """Return one data set of the objects of several, such as whole models and scans of them."""
+    """Return one data set with the objects of several, such as whole models and scans of them."""
     if len(datasets) == 1:
         return datasets[0]
     objects = tuple(item for dataset in datasets for item in dataset.objects)
@@ -87,13 +87,13 @@ def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
 
 
 def distinct_names(objects: Sequence[DatasetObject]) -> tuple[list[str], list[str]]:
-    """Return distinct names of the objects, and by these what each is a copy of; empty for what is no copy.
+    """Return distinct names of the objects, and the name of the original of each copy; empty for objects that are none.
 
-    Catalogues call their objects alike: a name that has come before has its folder in front. Of several objects of one
-    name a copy is of the last one before it, or else of the first.
+    Catalogues use the same names, so a name that occurred before is preceded by its folder. If several objects have the
+    name of the original, it is the last one before the copy, or else the first.
     """
     names: list[str] = []
-    first: dict[str, str] = {}  # of the whole objects of one file name, the name that distinguishes it
+    first: dict[str, str] = {}  # file name -> distinct name of the first object that is no copy
     for item in objects:
         name = item.path.name
         names.append(f"{item.path.parent.name}/{name}" if name in first else name)
@@ -121,7 +121,7 @@ def read_manifest(manifest: Path) -> Dataset:
 
 
 def csv_table(path: Path, *columns: str) -> csv.DictReader[str]:
-    """Return the rows of a CSV file that has some columns.
+    """Return the rows of a CSV file with at least the given columns.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
 
 
 def lies_below(folder: Path, path: Path) -> bool:
-    """Return whether a path leads to a place below a folder, all links followed."""
+    """Return whether a path leads to a place below a folder, after following all links."""
     try:
         return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
     except ValueError:  # a null byte in a name
@@ -195,21 +195,18 @@ def label_text(functions: Iterable[str], separator: str = ";") -> str:
 
 def read_label_folders(folder: Path) -> Dataset:
     """Read a folder of folders named for their label (``cup/``, ``none/``, ``table;sittable/``)."""
-    objects = tuple(
-        DatasetObject(path=path, functions=parse_functions(sub.name), category=sub.name)
-        for sub in sorted(folder.iterdir())
-        if sub.is_dir()
-        for path in sorted(sub.rglob("*"))
-        if path.suffix.lower() in SUFFIXES
-    )
+    objects = []
+    for label in sorted(path for path in folder.iterdir() if path.is_dir()):
+        files = sorted(path for path in label.rglob("*") if path.suffix.lower() in SUFFIXES)
+        functions = parse_functions(label.name) if files else frozenset()
+        objects += [DatasetObject(path=path, functions=functions, category=label.name) for path in files]
     if not objects:
-        raise InputError(
-            f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
-        )
+        expected = "a manifest.csv, or folders named for their label with models in them"
+        raise InputError(f"{folder}: expected {expected}; found neither")
     outside = next((item.path for item in objects if not lies_below(folder, item.path)), None)
     if outside is not None:
         raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
-    return Dataset(folder.resolve().name, objects, folder)
+    return Dataset(folder.resolve().name, tuple(objects), folder)
 
 
 def parse_shard(text: str | None) -> tuple[int, int]:
@@ -229,7 +226,7 @@ def parse_shard(text: str | None) -> tuple[int, int]:
 
 
 def shard_of(dataset: Dataset, shard: tuple[int, int]) -> Dataset:
-    """Return every n-th object of a data set, from the i-th: neighbours in a manifest are alike in cost.
+    """Return every n-th object of a data set, from the i-th, since neighbours in a manifest have similar costs.
 
     Raises
     ------
@@ -248,7 +245,7 @@ FORBIDDEN = ("GPL", "-NC", "-ND", "-SA", "research")
 
 
 def is_permissive(text: str) -> bool:
-    """Return whether a licence, as a manifest says it, lets others learn from and pass on.
+    """Return whether a licence, as written in a manifest, permits learning from an object and passing it on.
 
     Examples
     --------
@@ -259,7 +256,7 @@ def is_permissive(text: str) -> bool:
 
 
 def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
-    """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
+    """Return the source of each object with a licence, and an empty text for others, which are of a catalogue."""
     return [item.group if item.license else "" for item in objects]
 
 

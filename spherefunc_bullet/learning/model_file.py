@@ -199,10 +199,8 @@ def check_about(about: About, path: str | Path, backend: str | None):
     """Raise InputError unless a header is that of a model of this version and backend."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it, got another NPZ file")
-    if about.get("format_version") != FORMAT_VERSION:
-        raise InputError(
-            f"{path}: expected model format {FORMAT_VERSION}, got {about.get('format_version')}; train it again"
-        )
+    if (found := about.get("format_version")) != FORMAT_VERSION:
+        raise InputError(f"{path}: expected model format {FORMAT_VERSION}, got {found}; train it again")
     if backend is not None and about["backend"] != backend:
         raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
     for method in (about["method"], about.get("early", about)["method"]):

@@ -54,10 +54,7 @@ class CopyGroups:
 def group_copies(names: Sequence[str], originals: Sequence[str], sources: Sequence[str] | None = None) -> CopyGroups:
     """Return the copy groups of objects, from the name of each one's original and of its source; empty: none."""
     row_of = {name: row for row, name in enumerate(names) if not originals[row]}
-    groups = [
-        row_of.setdefault(original, len(names) + len(row_of)) if original else row
-        for row, original in enumerate(originals)
-    ]
+    groups = [row_of.setdefault(of, len(names) + len(row_of)) if of else row for row, of in enumerate(originals)]
     weights = np.where([bool(original) for original in originals], COPY_WEIGHT, 1.0)
     numbers = {name: number for number, name in enumerate(sorted(set(sources or ()) - {""}))}
     source_of = None if sources is None else np.array([numbers.get(name, -1) for name in sources], int)
