@@ -1,13 +1,13 @@
 """Spheres that fall on several objects at once, assigned to the object that carries each.
 
-An object is asked by the drops over its own box, with all others in their places: so it gets as many as it would alone.
-What is farther off than a few radii is left out of such a run.
+Each object has its own run, over its own box and with all others in their places, so that it gets as many drops as it
+would alone. Whatever is more than a few radii away is left out of that run.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,29 +28,28 @@ PATCH = 2.5  # gaps between samples, the radius of the patch that says how a sur
 PATCH_POINTS = 12
 AROUND = 16  # samples near a sphere that are looked at
 THIN = 0.06  # product over squared sum of a patch's two larger variances: less is an edge, which has no slope
-BESIDE = 0.15  # radii: the surface of an object that carries is no farther than the nearest one by more
+BESIDE = 0.15  # radii: an object carries a sphere only if its surface is at most this much farther than the nearest one
 LEAST = 0.05  # of the upward parts: a wall that is a little off the vertical carries nothing
 
 
-@dataclass(frozen=True, eq=False)
-class CarriedSpheres:
-    """What carries spheres (S,)."""
+def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> tuple[np.ndarray, np.ndarray]:
+    """Return which object carries each sphere (S, 3), metres, in the order in which they settled, and at which height.
 
-    owners: np.ndarray  # (S,) number of the object, or `NOBODY`
-    bases: np.ndarray  # (S,) metres, the height of the object's surface under it or under those that it rests on
+    A sphere is carried by what it rests on, not by what it leans on: each contact counts by the upward part of its
+    normal. A sphere on a table that leans on a mug belongs to the table. A sphere on other spheres, which settled
+    before it, belongs to the object that carries most of them.
 
-
-def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> CarriedSpheres:
-    """Return what carries spheres (S, 3), metres, given in the order in which they settled.
-
-    That is what each rests on, not what it leans on; through other spheres if it must. A contact carries by how upright
-    it is: its normal's upward part. A sphere on a table that leans on a mug is the table's. A sphere on spheres belongs
-    to who carries most of those, and they settled before it.
+    Returns
+    -------
+    (S,) int
+        Number of the object, or `NO_OWNER`.
+    (S,) float64, metres
+        Height of the object's surface under the sphere, or under the spheres that it rests on.
     """
     shares = upward_parts(centers, radius, clouds)
     below = lower_neighbors(centers, radius)
     bases = centers[:, 2] - radius
-    for number in np.argsort(centers[:, 2], kind="stable"):  # whoever carries is lower
+    for number in np.argsort(centers[:, 2], kind="stable"):  # what carries a sphere is lower
         upon = below[number]
         if not upon:
             continue
@@ -60,17 +59,14 @@ def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> 
             bases[number] = bases[upon[rises.argmax()]]
         total = shares[number] + through
         shares[number] = total / max(total.sum(), LEAST)
-    owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NO_OWNER)
-    return CarriedSpheres(owners, bases)
+    return np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NO_OWNER), bases
 
 
 def lower_neighbors(centers: np.ndarray, radius: float) -> list[list[int]]:
-    """Return for each sphere (S, 3) those that it touches and that are lower."""
+    """Return for each sphere (S, 3) the lower ones that it touches."""
     below: list[list[int]] = [[] for _ in centers]
-    pairs = cKDTree(centers).query_pairs(TOUCHING * radius) if len(centers) else ()
-    heights = centers[:, 2]
-    for first, other in sorted(pairs):
-        low, high = (first, other) if heights[first] < heights[other] else (other, first)
+    for first, other in sorted(cKDTree(centers).query_pairs(TOUCHING * radius) if len(centers) else ()):
+        low, high = (first, other) if centers[first, 2] < centers[other, 2] else (other, first)
         below[high].append(low)
     return below
 
@@ -90,8 +86,8 @@ def upward_parts(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) ->
 def contacts_with(centers: np.ndarray, radius: float, cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     """Return how far an object's surface is from each sphere's centre, metres, and its normal's upward part, (S, 2).
 
-    At the nearest point, and at that which is most directly below: a sphere may touch a wall and a floor of the same
-    object. Infinite and 0 where it is out of reach.
+    Two contacts are measured, at the nearest point and at the point most directly below, since a sphere may touch a
+    wall and a floor of the same object. Distances are infinite and upward parts 0 where the surface is out of reach.
     """
     gap = MAX_GAP if cloud.mesh is not None else max(MAX_GAP, cloud.spacing)
     reach, most = SLACK * np.hypot(radius, gap), min(AROUND, len(cloud.points))
@@ -103,23 +99,18 @@ def contacts_with(centers: np.ndarray, radius: float, cloud: Cloud) -> tuple[np.
     rows = np.arange(len(touching))
     for contact, chosen in enumerate((np.zeros(len(rows), int), upright.argmax(axis=1))):
         arm = arms[rows, chosen]
-        around = patches(cloud, cloud.points[near[touching, chosen]], PATCH * gap)
-        normals = contact_normals(arm, *around, gap)
+        touched = cloud.points[near[touching, chosen]]
+        apart, around = cloud.tree.query(touched, k=min(PATCH_POINTS, len(cloud.points)))
+        normals = contact_normals(arm, cloud.points[around], apart <= PATCH * gap, gap)
         parts[touching, contact], away[touching, contact] = normals[:, 2], (normals * arm).sum(axis=1)
     return away, parts
-
-
-def patches(cloud: Cloud, points: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the neighbours (T, K, 3) of points of a cloud (T, 3), and which of them are near enough, (T, K) bool."""
-    distances, near = cloud.tree.query(points, k=min(PATCH_POINTS, len(cloud.points)))
-    return cloud.points[near], distances <= reach
 
 
 def contact_normals(arms: np.ndarray, around: np.ndarray, near: np.ndarray, gap: float) -> np.ndarray:
     """Return the unit normals (T, 3) of contacts, whose arms (T, 3) lead from surfaces to centres.
 
-    A surface is known by its neighbours (T, K, 3), those that are near, (T, K). Of an edge, and where the centre is
-    farther aside of the surface than samples are apart (``gap``, metres), the arm is the normal.
+    A surface is known by the samples around the contact (T, K, 3) that are near, (T, K) bool. The arm is the normal at
+    an edge, and where the centre is farther to the side of the patch than samples are apart (``gap``, metres).
     """
     counts = near.sum(axis=1)[:, None]
     offsets = (around - (around * near[..., None]).sum(axis=1)[:, None] / counts[..., None]) * near[..., None]
@@ -132,8 +123,8 @@ def contact_normals(arms: np.ndarray, around: np.ndarray, near: np.ndarray, gap:
     return np.where(flat[:, None], across, along)
 
 
-MARGIN = 4.0  # radii around an object's box that other objects are kept in
-SPARE = 3.0  # standard deviations of the number of drops that fall beside the box
+MARGIN = 4.0  # radii around an object's box within which other objects count
+SPARE = 3.0  # standard deviations of the number of drops that fall next to the box
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,17 +134,13 @@ class ArrangedDrops:
     radius: float
     columns: np.ndarray  # (D, 2) where each began
     centers: np.ndarray  # (D, 3) where it rests; NaN where it did not settle
-    owners: np.ndarray  # (D,) number of the object that carries it, or `NOBODY`
+    owners: np.ndarray  # (D,) number of the object that carries it, or `NO_OWNER`
     bases: np.ndarray  # (D,) height of the surface that carries it, metres; NaN where it did not settle
     upon: np.ndarray  # (D,) bool: it rests on spheres alone
 
-    def kept(self, which: np.ndarray) -> ArrangedDrops:
-        """Return some of the drops, (D,) bool or their numbers."""
-        return ArrangedDrops(self.radius, *(part[which] for part in self.parts))
-
     @property
-    def parts(self) -> tuple[np.ndarray, ...]:
-        """All but the radius."""
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All arrays, without the radius."""
         return self.columns, self.centers, self.owners, self.bases, self.upon
 
     def by(self, number: int) -> np.ndarray:
@@ -171,66 +158,48 @@ def united(clouds: Sequence[Cloud], name: str) -> Cloud:
 
 
 def cut_out(cloud: Cloud, low: np.ndarray, high: np.ndarray) -> Cloud | None:
-    """Return what of a cloud stands over a rectangle from ``low`` to ``high`` (2,); None where hardly anything does."""
+    """Return the part of a cloud over a rectangle from ``low`` to ``high`` (2,); None where there is hardly any."""
     points = cloud.points[((cloud.points[:, :2] >= low) & (cloud.points[:, :2] <= high)).all(axis=1)]
     if len(points) < MIN_POINTS:
         return None
-    return Cloud(points, cloud.name, None if cloud.mesh is None else cut_mesh(cloud.mesh, low, high))
-
-
-def cut_mesh(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> Mesh:
-    """Return the part of a mesh over a rectangle."""
-    vertices, faces = mesh.vertices, mesh.faces
+    if cloud.mesh is None:
+        return Cloud(points, cloud.name)
+    vertices, faces = cloud.mesh.vertices, cloud.mesh.faces
     for axis, sign, edge in ((0, 1, low[0]), (0, -1, high[0]), (1, 1, low[1]), (1, -1, high[1])):
         normal, origin = sign * np.eye(3)[axis], edge * np.eye(3)[axis]
         vertices, faces, _ = trimesh.intersections.slice_faces_plane(vertices, faces, normal, origin)
-    return Mesh(np.asarray(vertices), np.asarray(faces))
+    return Cloud(points, cloud.name, Mesh(np.asarray(vertices), np.asarray(faces)))
 
 
-def drop_on(
-    objects: Sequence[ArrangedObject], simulator: Simulator, settings: DropSettings, seed: int, name: str
-) -> tuple[DropResult, ArrangedDrops]:
-    """Return what becomes of drops on objects as they stand together, all over them."""
-    clouds = [item.cloud for item in objects]
-    return falls_on(clouds, united(clouds, name), simulator, settings, seed)
+def drops_over(
+    objects: Sequence[ArrangedObject], number: int, simulator: Simulator, settings: DropSettings, seeds: Iterable[int]
+) -> ArrangedDrops:
+    """Return the drops over one object's box, with what of the others stands within a few radii of it.
 
-
-@dataclass(frozen=True, eq=False)
-class NeighbouringObjects:
-    """One of some objects, and what of the others stands within a few radii of its box."""
-
-    objects: Sequence[ArrangedObject]
-    number: int  # of the object
-    present: dict[int, Cloud]  # by number, the object itself too, in the world's frame
-    union: Cloud
-
-    def drop(self, simulator: Simulator, settings: DropSettings, seed: int) -> ArrangedDrops:
-        """Return what becomes of the drops over the object's box.
-
-        Parameters
-        ----------
-        settings : DropSettings
-            ``max_drops`` is how many fall over the box; without it as many as the paper's rule takes.
-        """
-        target, run = self.objects[self.number], settings
-        if settings.max_drops is not None:
-            share = target.own.size[:2].prod() / max(self.union.size[:2].prod(), 1e-12)
-            most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
-            run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
-        _, falls = falls_on(list(self.present.values()), self.union, simulator, run, seed)
-        numbers = np.array([*self.present, NO_OWNER])  # of all objects; the last stands for nobody
-        falls = replace(falls, owners=numbers[falls.owners])
-        over = np.flatnonzero(target.over(falls.columns))[: settings.max_drops]
-        return within_boxes(falls.kept(over), self.objects)
-
-
-def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> NeighbouringObjects:
-    """Return one of some objects with what stands around it, for spheres of a radius in metres."""
-    target = objects[number]
-    low, high = target.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
+    Parameters
+    ----------
+    settings : DropSettings
+        ``max_drops`` is the number that fall over the box in each run; without it the paper's rule ends the run.
+    seeds : iterable of int
+        Of one run each.
+    """
+    target, reach = objects[number], MARGIN * settings.radius
+    low, high = target.cloud.bounds[:, :2] + [[-reach], [reach]]
     parts = {k: target.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
     present = {k: cloud for k, cloud in parts.items() if cloud is not None}
-    return NeighbouringObjects(objects, number, present, united(list(present.values()), target.name))
+    clouds, numbers = list(present.values()), np.array([*present, NO_OWNER])  # of the objects; the last for no owner
+    union, run = united(clouds, target.name), settings
+    if settings.max_drops is not None:
+        share = target.own.size[:2].prod() / max(union.size[:2].prod(), 1e-12)
+        most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
+        run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
+    runs = []
+    for seed in seeds:
+        _, falls = falls_on(clouds, union, simulator, run, seed)
+        over = np.flatnonzero(target.over(falls.columns))[: settings.max_drops]
+        falls = ArrangedDrops(falls.radius, *(part[over] for part in falls.arrays))
+        runs.append(within_boxes(replace(falls, owners=numbers[falls.owners]), objects).arrays)
+    return ArrangedDrops(settings.radius, *map(np.concatenate, zip(*runs, strict=True)))
 
 
 def falls_on(
@@ -241,16 +210,15 @@ def falls_on(
     if len(result.columns) != result.drops:
         raise InputError(f"backend {simulator.name!r}: expected one that tells where each drop began")
     settled = result.outcomes == Outcome.SETTLED
-    carried = carriers_of(result.centers, settings.radius, clouds)
     centers, bases = np.full((result.drops, 3), np.nan), np.full(result.drops, np.nan)
     owners, upon = np.full(result.drops, NO_OWNER), np.zeros(result.drops, bool)
-    centers[settled], bases[settled] = result.centers, carried.bases
-    owners[settled], upon[settled] = carried.owners, ~result.on_object
+    centers[settled], upon[settled] = result.centers, ~result.on_object
+    owners[settled], bases[settled] = carriers_of(result.centers, settings.radius, clouds)
     return result, ArrangedDrops(settings.radius, result.columns, centers, owners, bases, upon)
 
 
 def within_boxes(falls: ArrangedDrops, objects: Sequence[ArrangedObject]) -> ArrangedDrops:
-    """Return falls without those that rest on spheres alone, above the object that carries these (paper, §III-A)."""
+    """Return drops without those that rest on spheres alone and above the object that carries them (paper, §III-A)."""
     tops = np.array([*(item.cloud.bounds[1, 2] for item in objects), np.inf])[falls.owners]
     outside = falls.upon & (falls.centers[:, 2] > tops)
     centers, bases = falls.centers.copy(), falls.bases.copy()

@@ -1,4 +1,4 @@
-"""What objects take from one another: the level that each needs, and who carries the drops over it instead."""
+"""What objects take from one another: the level that each needs, and which others carry the drops over it instead."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.settling.resting_places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
-from .falls import ArrangedDrops, surroundings
+from .falls import ArrangedDrops, drops_over
 from .placing import ArrangedObject, along_heading
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
@@ -31,7 +31,7 @@ class ArrangedLevel:
     alone: float  # area of the places from which spheres come to rest on it
     together: float  # the same with the other objects in place
     taken: dict[str, float]  # area over it whose spheres another object carries, by that object's name
-    drops: int  # that fell over its box, in either case
+    drops: int  # that fell over its box, alone and together
 
     @property
     def left(self) -> float:
@@ -49,42 +49,34 @@ def level_of(
     radius : float, optional
         Of the spheres, metres; by default as the object is large.
     drops : int
-        At least this many fall over its box; the error of areas falls with the root of their number.
+        The least number that fall over its box; the error of areas falls with the square root of it.
     """
     objects, _ = along_heading(objects, number)
     target = objects[number]
     fitting = float(np.clip(target.own.size.max() / (ACROSS * FINER), *LIMITS))
     length = fitting if radius is None else radius
     layer = layer_of(target.own.size, length)
-    rounds = range(seed, seed + math.ceil(drops / layer))
-    settings = DropSettings(radius=length, max_drops=layer)
-    alone, together = (
-        joined([around.drop(simulator, settings, round_seed) for round_seed in rounds])
-        for around in (surroundings([target], 0, length), surroundings(objects, number, length))
-    )
-    held = alone.centers[alone.by(0)]
-    if not len(held):
+    run = simulator, DropSettings(radius=length, max_drops=layer), range(seed, seed + math.ceil(drops / layer))
+    alone, together = drops_over([target], 0, *run), drops_over(objects, number, *run)
+    if not alone.by(0).any():
         return None
-    height = fullest_height(alone.bases[alone.by(0)], length)
-    area = float(target.own.size[:2].prod())
-    over = outline_of(held[on_level(alone, 0, height)[alone.by(0)], :2], length).inside(together.columns) >= 0
+    ordered = np.sort(alone.bases[alone.by(0)])
+    first, last = (
+        np.searchsorted(ordered, ordered - length, "left"),
+        np.searchsorted(ordered, ordered + length, "right"),
+    )
+    best = int((last - first).argmax())
+    height = float(ordered[first[best] : last[best]].mean())  # where most of these heights lie within a radius
+    area, on_alone = float(target.own.size[:2].prod()), on_level(alone, 0, height)
+    over = outline_of(alone.centers[on_alone, :2], length).inside(together.columns) >= 0
     others = [k for k in range(len(objects)) if k != number]
     return ArrangedLevel(
         height=height,
-        alone=area * float(on_level(alone, 0, height).mean()),
+        alone=area * float(on_alone.mean()),
         together=area * float(on_level(together, number, height).mean()),
         taken={objects[k].name: area * float((together.by(k) & over).mean()) for k in others},
         drops=len(together.columns),
     )
-
-
-def fullest_height(bases: np.ndarray, radius: float) -> float:
-    """Return the mean of those heights (S,), metres, of which most lie within a radius of each other."""
-    ordered = np.sort(bases)
-    first = np.searchsorted(ordered, ordered - radius, "left")
-    last = np.searchsorted(ordered, ordered + radius, "right")
-    best = int((last - first).argmax())
-    return float(ordered[first[best] : last[best]].mean())
 
 
 def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
@@ -97,23 +89,19 @@ def on_level(falls: ArrangedDrops, number: int, height: float) -> np.ndarray:
     return falls.by(number) & (np.abs(falls.bases - height) <= falls.radius)
 
 
-def joined(parts: Sequence[ArrangedDrops]) -> ArrangedDrops:
-    """Return the drops of several runs."""
-    return ArrangedDrops(parts[0].radius, *map(np.concatenate, zip(*(part.parts for part in parts), strict=True)))
-
-
 SUNK = 0.002  # metres: what is no deeper in another object touches it
-NEAR = 0.012  # metres from the other's surface: who crosses it has points there, on either side
+NEAR = 0.012  # metres from the other's surface: an object that crosses it has points there, on either side
 STEP = 0.008  # metres between neighbouring samples of one surface, at most
 
 
 def crossing(one: ArrangedObject, other: ArrangedObject) -> np.ndarray | None:
     """Return a place (3,) where two objects' surfaces cross, metres, the world's frame; None where they do not.
 
-    One of them has to be a mesh; of two clouds nothing is known. An object that is wholly within a hollow one crosses
-    nothing.
+    One of them has to be a mesh; between two clouds no crossing is found. An object that is wholly within a hollow one
+    crosses nothing.
     """
-    if not boxes_meet(one, other):
+    (low, high), (other_low, other_high) = one.cloud.bounds, other.cloud.bounds
+    if not (np.minimum(high, other_high) - np.maximum(low, other_low) > SUNK).all():
         return None
     for crossed, passing in ((one, other), (other, one)):
         if crossed.cloud.mesh is not None:
@@ -123,14 +111,8 @@ def crossing(one: ArrangedObject, other: ArrangedObject) -> np.ndarray | None:
     return None
 
 
-def boxes_meet(one: ArrangedObject, other: ArrangedObject) -> bool:
-    """Return whether two objects' boxes have more than a touch in common."""
-    (low, high), (other_low, other_high) = one.cloud.bounds, other.cloud.bounds
-    return bool((np.minimum(high, other_high) - np.maximum(low, other_low) > SUNK).all())
-
-
 def first_crossing(mesh: Mesh, points: np.ndarray) -> np.ndarray | None:
-    """Return where neighbours among points (N, 3) lie on either side of a mesh, none nearer to it than a touch."""
+    """Return a place where two neighbouring points (N, 3), neither touching the mesh, lie on its two sides."""
     low, high = mesh.vertices.min(axis=0) - NEAR, mesh.vertices.max(axis=0) + NEAR
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     if not len(points):

@@ -30,7 +30,7 @@ def colour_of(number: int) -> np.ndarray:
 
 
 def together_picture(together: Together) -> Image.Image:
-    """Return objects with the spheres of their common drop, and below them whose spheres have which colour."""
+    """Return a picture of objects with the spheres of their common drop, and a legend of the spheres' colours."""
     cloud = united([item.placed.cloud for item in together.objects], "together")
     centers = np.concatenate([item.carries for item in together.objects])
     tiles = [np.tile(colour_of(k), (len(item.carries), 1)) for k, item in enumerate(together.objects)]
@@ -49,28 +49,22 @@ def together_picture(together: Together) -> Image.Image:
 
 
 def legend(item: ArrangedResult) -> str:
-    """Return what an object carries, has left and is for, in one line."""
+    """Return what an object carries, how much of its level is left, and its functions, in one line."""
     count = len(item.carries)
     words = [f"{item.name}: {count} sphere{'' if count == 1 else 's'}"]
     if item.level is not None:
         words.append(f"{100 * min(1.0, item.level.left):.0f} % of its level left")
-    return ", ".join([*words, function_words(item)])
-
-
-def function_words(item: ArrangedResult) -> str:
-    """Return what an object is for together, and alone where that is something else."""
-    alone, among = (
-        [name for name, membership in memberships.items() if membership.member]
+    alone, together = (
+        ", ".join(name for name, membership in memberships.items() if membership.member) or "none"
         for memberships in (item.alone, item.together)
     )
-    now = ", ".join(among) or "none"
-    return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'none'})"
+    return ", ".join([*words, f"for {together}" if alone == together else f"for {together} (alone: {alone})"])
 
 
 def write_together_page(
     together: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
 ) -> Path:
-    """Write a page that stands alone: the picture, a table of objects, and what is odd about how they stand."""
+    """Write a page of its own: the picture, a table of the objects, and the notes on how they stand."""
     parts = ["<h1>Several objects together</h1>"]
     parts += [f"<p>{escape(note)}</p>" for note in together.notes]
     parts.append(image_html("Spheres coloured by what carries them", png_of(picture)))

@@ -1,4 +1,4 @@
-"""Where an object is put: beside others, turned about the vertical, at a height or on what carries it there."""
+"""Where an object is put: its place and heading, and its height, or what carries it there."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """A place: where the middle of an object's footprint goes, and its foot."""
+    """Where the middle of an object's footprint goes, and at which height its foot."""
 
     x: float = 0.0  # metres
     y: float = 0.0
-    z: float | None = None  # metres above the ground; None: let down from above until something carries it
+    z: float | None = None  # metres above the ground; None: lowered from above until something carries it
     heading_deg: float = 0.0  # counterclockwise about the vertical
 
     def __post_init__(self):
@@ -121,17 +121,17 @@ class ArrangedObject:
         return replace(self, height=height)
 
     def turned(self, angle: float) -> ArrangedObject:
-        """Return the object carried about the world's vertical axis by an angle, radians, counterclockwise."""
+        """Return the object rotated about the world's vertical axis by an angle, radians, counterclockwise."""
         x, y = turned(self.shift[None, :2], angle)[0]
         heading_deg = self.placement.heading_deg + math.degrees(angle)
         return replace(self, placement=replace(self.placement, x=float(x), y=float(y), heading_deg=heading_deg))
 
 
 def along_heading(objects: Sequence[ArrangedObject], number: int) -> tuple[list[ArrangedObject], float]:
-    """Return objects turned together so that one of them lies along its heading, and by which angle it lay off it.
+    """Return objects rotated together so that one of them lies along its heading, and the angle of its own frame.
 
-    Spheres fall on the narrowest rectangle around that object then, as they do on it alone (`preparation.headed`). Its
-    own frame is turned by the angle, radians.
+    Spheres then fall on the narrowest rectangle around that object, as they do on it alone (`preparation.headed`). Its
+    own frame is rotated by the angle, radians.
     """
     target = objects[number]
     own, angle = headed(target.own)

@@ -1,6 +1,6 @@
-"""What carries an object in its place: found by letting it down along the vertical until it touches.
+"""What carries an object in its place: it is lowered along the vertical until it touches something.
 
-It stands on what is under it where the two touch. What it interpenetrates carries nothing.
+It stands on what is below it where the two touch. An object that it interpenetrates does not carry it.
 """
 
 from __future__ import annotations
@@ -21,45 +21,45 @@ from .placing import ArrangedObject
 from .surfaces import WorldSurface, rise_over
 
 GROUND = "ground"
-CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are exact
-SAMPLED = 0.5  # of the spacing, the same where points alone tell
-NEAR = (0.005, 0.01, 0.02, 0.05, 1.0)  # metres above contacts: the nearest tells who is above, no shelf's next board
+CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are meshes
+SAMPLED = 0.5  # of the spacing, likewise where they are known by points alone
+NEAR = (0.005, 0.01, 0.02, 0.05, 1.0)  # metres above contacts: the nearest decides which is above, not a higher board
 CLEARLY = 2  # times as many places
-GIVEN = 0.005  # metres: a height that was typed may leave as much below an object
+GIVEN = 0.005  # metres: the gap that a typed height may leave below an object
 
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """The places where an object may be carried, and how far it is above what is below them."""
+    """The places where an object may be carried, and their height above what is below."""
 
     points: np.ndarray  # (U, 3) metres, the world's frame
     gaps: np.ndarray  # (U, K + 1) metres to each of the others, and to the ground; infinite where that carries nothing
-    touch: np.ndarray  # (K + 1,) metres: how far apart places of the two may be that touch
-    level: float  # metres: what is no higher above the lowest contact is a foot, too
+    touch: np.ndarray  # (K + 1,) metres: the largest gap at which two places touch
+    level: float  # metres: what is at most this high above the lowest contact is a foot too
 
     @property
     def nearest(self) -> float:
-        """How far it can be let down, metres."""
+        """How far the object can be lowered, metres."""
         return float(self.gaps.min())
 
     @property
     def carried(self) -> np.ndarray:
-        """Which points are carried by something, (U,) bool: as in `statics`, feet are not quite level."""
+        """Which points are carried by something, (U,) bool; as in `statics`, feet need not be quite level."""
         slack = max(self.nearest, 0.0) + np.maximum(self.touch, self.level)
         return (self.gaps <= slack)[:, self.carries].any(axis=1)
 
     @property
     def carries(self) -> np.ndarray:
-        """Which of the others, and the ground, it stands on, (K + 1,) bool."""
+        """Which of the other objects and the ground it stands on, (K + 1,) bool."""
         return (self.gaps <= max(self.nearest, 0.0) + self.touch).any(axis=0)
 
     def carriers(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return what the object stands on, of the others' names and the ground."""
+        """Return which of the other objects, by their names, and the ground the object stands on."""
         return tuple(name for name, carries in zip([*names, GROUND], self.carries, strict=True) if carries)
 
 
 def feet_over(item: ArrangedObject, others: Sequence[ArrangedObject]) -> Feet:
-    """Return where an object is above the others and the ground, and how far."""
+    """Return the places where an object is above the others or the ground, and how far."""
     contacts = [contacts_over(item, other) for other in others]
     ground = item.surface.points
     points = np.concatenate([*(places for places, _ in contacts), ground])
@@ -72,14 +72,14 @@ def feet_over(item: ArrangedObject, others: Sequence[ArrangedObject]) -> Feet:
 
 
 def touching(*surfaces: WorldSurface) -> float:
-    """Return how far apart places of surfaces may be that touch, metres."""
+    """Return the largest gap at which places of surfaces touch, metres."""
     return max(CONTACT, *(SAMPLED * surface.grain for surface in surfaces))
 
 
 def contacts_over(item: ArrangedObject, other: ArrangedObject) -> tuple[np.ndarray, np.ndarray]:
     """Return places (N, 3) where an object is above another, and how far, (N,) metres.
 
-    None where the two touch, and the other is the upper one or they interpenetrate.
+    There are none where the two touch and the other is the upper one, or where they interpenetrate.
     """
     places, gaps = gaps_over(item.surface, other.surface)
     if not (gaps <= GIVEN).any():
@@ -89,9 +89,9 @@ def contacts_over(item: ArrangedObject, other: ArrangedObject) -> tuple[np.ndarr
 
 
 def is_above(one: WorldSurface, other: WorldSurface) -> bool:
-    """Return whether of two surfaces that touch the one is the upper: close to where they do, it is above the other.
+    """Return whether one of two touching surfaces is the upper one: near the contacts, more of it is above the other.
 
-    If neither is, as of boxes of one size, its middle is higher.
+    If neither is clearly above, as for two boxes of the same size, the one with the higher middle is.
     """
     least = max(SUNK, touching(one, other))
     gaps, others = (gaps_over(*pair)[1] for pair in ((one, other), (other, one)))
@@ -103,9 +103,9 @@ def is_above(one: WorldSurface, other: WorldSurface) -> bool:
 
 
 def gaps_over(upper: WorldSurface, lower: WorldSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (N, 3) of a surface that have another below them, and how far, (N,) metres.
+    """Return the places (N, 3) of a surface that have another below them, and how far below, (N,) metres.
 
-    What is sunk in less than a touch is above, too.
+    Places that are sunk in by no more than a contact's tolerance count as above.
     """
     sunk = max(SUNK, SAMPLED * upper.grain, SAMPLED * lower.grain)
     upper_points, lower_points = upper.over(lower), lower.over(upper)
@@ -117,7 +117,7 @@ def gaps_over(upper: WorldSurface, lower: WorldSurface) -> tuple[np.ndarray, np.
 
 
 def set_down(item: ArrangedObject, others: Sequence[ArrangedObject]) -> ArrangedObject:
-    """Return an object that was let down from above, until one of the others or the ground carries it."""
+    """Return an object lowered from above until one of the others or the ground carries it."""
     low = item.at(0.0)
     rises = [rise_over(low.surface, other.surface) for other in others]
     return item.at(max(0.0, -float(low.surface.bounds[0, 2]), *rises))
@@ -144,9 +144,9 @@ def require_carried(item: ArrangedObject, others: Sequence[ArrangedObject]) -> F
 
 
 def tips_by(item: ArrangedObject, feet: Feet) -> float:
-    """Return how far an object's weight acts beyond the polygon of what carries it, metres; below 0 within.
+    """Return how far an object's weight acts outside its support polygon, metres; negative inside.
 
-    Its weight is that of its surface, as elsewhere.
+    As elsewhere, the weight is distributed evenly over the surface.
     """
     triangles = surface_of(item.cloud)
     center = (item.cloud.points.mean(axis=0) if triangles is None else moments_of_triangles(triangles)[1])[:2]

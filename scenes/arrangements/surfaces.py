@@ -1,8 +1,8 @@
-"""The surface of an object as what others meet from above and from below: how far apart two are along the vertical.
+"""Surfaces of objects, and how far apart two of them are along the vertical.
 
-Of two meshes the distance is exact: the least is found where a corner of one lies over a face of the other, or where
-two edges cross in plan view. A cloud without a mesh is a small square about each of its points where they are flat, and
-its other points, such as those of a rim, by themselves: it is known at the spacing of its points.
+Between two meshes the distance is exact: it is least where a corner of one lies over a face of the other, or where two
+edges cross in plan view. A cloud without a mesh becomes a small square about each point of a flat part; other points,
+such as those of a rim, count by themselves. Its distances are as accurate as its points are dense.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene
 
-NEIGHBORS = 16  # of a point that tell how its surface slopes, with those on the far side of a wall
+NEIGHBORS = 16  # of a point, which give the slope of its surface; some may be on the far side of a wall
 ASIDE = 0.4  # spacings from a plane: what is farther is on another side
 FLAT, WIDE = 0.03, 0.1  # shares of the variance across a patch, at most, and along its narrower side, at least
-HALF_SIDE = 0.6  # spacings, of the squares: they leave little open between points that are not quite even
-ASKEW = np.array([0.9e-6, 0.5e-6, 0.0])  # metres: edges that lie over each other, as those of equal cups, do not cross
+HALF_SIDE = 0.6  # spacings, of the squares: few gaps are left between unevenly spaced points
+ASKEW = np.array([0.9e-6, 0.5e-6, 0.0])  # metres, so that edges exactly over each other, as of equal cups, do not cross
 ROUNDS = 50  # at most, in which edges are lifted over those that they cross
-BEYOND = 1.0  # metres above or below everything, from where surfaces are looked at
+BEYOND = 1.0  # metres above or below everything, where rays begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +35,14 @@ class WorldSurface:
     points: np.ndarray  # (P, 3) places on it: corners and samples
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) of vertices
-    grain: float  # how far apart points are that alone tell of it; 0 where there is a mesh
+    grain: float  # spacing of the points, metres, where there is nothing else; 0 where there is a mesh
 
     def __getstate__(self) -> dict[str, Any]:
         return {part.name: getattr(self, part.name) for part in fields(self)}  # a ray caster goes to no other process
 
     @cached_property
     def edges(self) -> np.ndarray:
-        """The ends (E, 2, 3) of its edges that are not vertical; none of points."""
+        """The ends (E, 2, 3) of its edges that are not vertical; none where there is no mesh."""
         if self.grain > 0:
             return np.empty((0, 2, 3))
         pairs = np.unique(np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
@@ -61,7 +61,7 @@ class WorldSurface:
 
     @cached_property
     def scene(self) -> RaycastingScene:
-        """Its faces, to cast rays at."""
+        """Its faces, for ray casting."""
         return raycasting_scene((self.vertices, self.faces), threads=1)
 
     def below(self, points: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ class WorldSurface:
 
 
 def surface_of(cloud: Cloud) -> WorldSurface:
-    """Return the surface of a cloud: its mesh, or what its points tell."""
+    """Return the surface of a cloud: its mesh, or squares about its points."""
     if cloud.mesh is None:
         vertices, faces = squares_about(cloud)
         return WorldSurface(cloud.points, vertices, faces, cloud.spacing)
@@ -91,10 +91,10 @@ def surface_of(cloud: Cloud) -> WorldSurface:
 
 
 def squares_about(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
-    """Return a square about each point of a cloud where it is flat, as vertices (V, 3) and faces (F, 3).
+    """Return a square about each point where a cloud is flat, as vertices (V, 3) and faces (F, 3).
 
-    The far side of a wall may be as near as the next point on this side: a plane is laid through the neighbours, and
-    then through those that are near the first plane.
+    The far side of a wall may be as near as the next point on this side. Therefore a second plane is fitted through
+    those neighbours that are near the first.
     """
     spacing = cloud.spacing
     _, near = cloud.tree.query(cloud.points, k=min(NEIGHBORS, len(cloud.points)))
@@ -121,7 +121,7 @@ def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 def rise_over(upper: WorldSurface, lower: WorldSurface) -> float:
     """Return how far a surface has to rise, metres, so that no place of it is below one of the other.
 
-    Below 0 where it may come down; minus infinity where the one is not over the other.
+    Negative where it may come down; minus infinity where neither is over the other.
     """
     from_above, from_below = upper.over(lower), lower.over(upper)
     top, foot = lower.bounds[1, 2] + BEYOND, upper.bounds[0, 2] - BEYOND
@@ -132,10 +132,10 @@ def rise_over(upper: WorldSurface, lower: WorldSurface) -> float:
 
 
 def edges_over(upper: WorldSurface, lower: WorldSurface, rise: float) -> float:
-    """Return how far a surface has to rise so that its edges pass over the other's, too, at least as far as given.
+    """Return how far a surface has to rise so that its edges pass over the other's too: at least ``rise``, metres.
 
-    From each edge of the lower surface a curtain hangs to the ground; an edge of the upper one that meets a curtain is
-    too low.
+    A vertical curtain hangs from each edge of the lower surface; an edge of the upper one that meets a curtain is too
+    low.
     """
     passing, hanging = upper.edges + [0, 0, rise], lower.edges
     low = np.maximum(upper.bounds[0, :2], lower.bounds[0, :2])

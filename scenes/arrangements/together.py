@@ -19,19 +19,12 @@ from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
 from spherefunc_bullet.settling.cached_runs import CloudObject
-from spherefunc_bullet.settling.drops import (
-    NOT_SETTLED,
-    Drops,
-    DropsByRadius,
-    RunLimit,
-    resting_drops,
-    settled_in_column,
-)
+from spherefunc_bullet.settling.drops import NOT_SETTLED, Drops, RunLimit, resting_drops, settled_in_column
 from spherefunc_bullet.settling.resting_places import ACROSS, LIMITS
 from spherefunc_bullet.settling.settling import DENSE, drop_settings, no_drops, too_fine
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator, make_simulator
 
-from .falls import ArrangedDrops, drop_on, surroundings, within_boxes
+from .falls import ArrangedDrops, drops_over, falls_on, united, within_boxes
 from .levels import ArrangedLevel, crossing, layer_of, level_of
 from .placing import ArrangedObject, Placement, along_heading
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
@@ -41,12 +34,12 @@ if TYPE_CHECKING:
 
 
 def functions_among(objects: Sequence[ArrangedObject], number: int, model: FunctionModel) -> dict[str, Membership]:
-    """Return what one of some objects is for where they stand together."""
+    """Return the functions of one object among the others."""
     simulator = make_simulator(model.simulator)
     around, angle = along_heading(objects, number)
 
-    def drop(length: RunLimit) -> DropsByRadius:
-        runs = [drops_for(around, number, simulator, radius, model.seed, length) for radius in model.chosen_radii()]
+    def drop(run_limit: RunLimit) -> dict[float, Drops]:
+        runs = [drops_for(around, number, simulator, radius, model.seed, run_limit) for radius in model.chosen_radii()]
         return {drops.radius: drops.turned(-angle) for drops in runs}
 
     return model.memberships_by(model.read(drop).scores[None])[0]
@@ -55,11 +48,11 @@ def functions_among(objects: Sequence[ArrangedObject], number: int, model: Funct
 def drops_for(
     objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float, seed: int, run_limit: RunLimit
 ) -> Drops:
-    """Return the drops of one radius in the object's own frame; what another object carries did not settle."""
+    """Return the drops of one radius in the object's own frame; those that another object carries did not settle."""
     local = objects[number].own
     if too_fine(radius, local, run_limit) or radius > local.size.max():
         return no_drops(radius, run_limit)
-    falls = surroundings(objects, number, radius).drop(simulator, drop_settings(simulator, radius, run_limit), seed)
+    falls = drops_over(objects, number, simulator, drop_settings(simulator, radius, run_limit), [seed])
     if run_limit.drops is None:
         return resting_drops(radius, objects[number].to_own(falls.centers[falls.by(number)]).astype(np.float32))
     return own_drops(falls, objects, number)
@@ -81,7 +74,7 @@ def own_drops(falls: ArrangedDrops, objects: Sequence[ArrangedObject], number: i
 
 
 FEWEST = 2
-SHOWN = 0.4  # of the box of all objects, what the spheres of the common drop cover
+SHOWN = 0.4  # of the box around all objects, that the spheres of the common drop cover
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +88,7 @@ class TogetherSettings:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ArrangedResult:
-    """What is known of one of several objects."""
+    """One object of an arrangement: what it stands on and carries, and its functions alone and together."""
 
     name: str
     placed: ArrangedObject
@@ -107,7 +100,7 @@ class ArrangedResult:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """Functions that it has alone and not among the others."""
+        """The functions that it has alone but not among the others."""
         return tuple(
             name for name, membership in self.alone.items() if membership.member and not self.together[name].member
         )
@@ -120,7 +113,7 @@ class Together:
     objects: tuple[ArrangedResult, ...]
     drop: DropResult  # on all of them at once, the world's frame
     radius: float  # of its spheres, metres
-    notes: tuple[str, ...]  # what a reader has to know of how they stand
+    notes: tuple[str, ...]  # sentences: which objects interpenetrate, which would tip
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
 
@@ -145,8 +138,8 @@ def together(
     Parameters
     ----------
     objects : sequence of (object, Placement)
-        Each a path, an (N, 3) array, an Open3D or trimesh object or a `Cloud`. Those without a height are set down in
-        this order, each on what stands there already, or on the ground.
+        Each object is a path, an (N, 3) array, an Open3D or trimesh object or a `Cloud`. Those without a height are set
+        down in this order, each on what stands there already, or on the ground.
     model, backend
         See `classify`; spheres are dropped by the simulator that the model is for.
     settings : TogetherSettings, optional
@@ -166,25 +159,22 @@ def together(
 
 
 def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[ArrangedObject]:
-    """Return objects in their places, those without a height set down on what stands there before them."""
+    """Return objects in their places; those without a height are set down on what stands there already.
+
+    Names that several have are numbered.
+    """
     placed: list[ArrangedObject] = []
-    for name, cloud, placement in zip(unlike(clouds), clouds, placements, strict=True):
+    count, seen = Counter(cloud.name for cloud in clouds), Counter[str]()
+    for cloud, placement in zip(clouds, placements, strict=True):
+        seen[cloud.name] += 1
+        name = f"{cloud.name} ({seen[cloud.name]})" if count[cloud.name] > 1 else cloud.name
         item = ArrangedObject(name, cloud, placement, placement.z or 0.0)
         placed.append(item if placement.z is not None else set_down(item, placed))
     return placed
 
 
-def unlike(clouds: Sequence[Cloud]) -> list[str]:
-    """Return a name for each cloud, numbered where several have one."""
-    count, seen, names = Counter(cloud.name for cloud in clouds), Counter[str](), []
-    for cloud in clouds:
-        seen[cloud.name] += 1
-        names.append(f"{cloud.name} ({seen[cloud.name]})" if count[cloud.name] > 1 else cloud.name)
-    return names
-
-
 def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, settings: TogetherSettings) -> Together:
-    """Return what becomes of drops on objects in their places, and what each of them is for."""
+    """Drop spheres on objects in their places, and return what each of them carries and is for."""
     started = time.perf_counter()
     feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
@@ -193,11 +183,11 @@ def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, se
     radius = fitting if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)
     run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer)
-    drop, falls = drop_on(placed, simulator, run, settings.seed, "all together")
+    clouds = [item.cloud for item in placed]
+    drop, falls = falls_on(clouds, united(clouds, "all together"), simulator, run, settings.seed)
     falls = within_boxes(falls, placed)
-    objects = [classify_one(placed, k, feet[k], falls, model, settings) for k in range(len(placed))]
     return Together(
-        objects=tuple(objects),
+        objects=tuple(classify_one(placed, k, feet[k], falls, model, settings) for k in range(len(placed))),
         drop=drop,
         radius=radius,
         notes=tuple(notes_on(placed, feet)),
@@ -214,7 +204,7 @@ def classify_one(
     model: FunctionModel,
     settings: TogetherSettings,
 ) -> ArrangedResult:
-    """Return what is known of one object."""
+    """Return what one object stands on and carries, and its functions."""
     simulator = make_simulator(model.simulator)
     return ArrangedResult(
         name=placed[number].name,
@@ -233,7 +223,7 @@ def without(placed: Sequence[ArrangedObject], number: int) -> list[ArrangedObjec
 
 
 def notes_on(placed: Sequence[ArrangedObject], feet: Sequence[Feet]) -> list[str]:
-    """Return in sentences which objects interpenetrate, and which would not stay where they are put."""
+    """Return a sentence for each pair of objects that interpenetrate and each object that would tip."""
     notes = []
     for k, item in enumerate(placed):
         for other in placed[:k]:

@@ -18,8 +18,8 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.arrangements.falls import NO_OWNER, drop_on, surroundings
-from spherefunc_bullet.scenes.arrangements.levels import crossing, joined, level_of
+from spherefunc_bullet.scenes.arrangements.falls import NO_OWNER, drops_over, falls_on, united
+from spherefunc_bullet.scenes.arrangements.levels import crossing, level_of
 from spherefunc_bullet.scenes.arrangements.placing import Placement, parse_placed
 from spherefunc_bullet.scenes.arrangements.supports import GROUND, require_carried, tips_by
 from spherefunc_bullet.scenes.arrangements.together import TogetherSettings, put_down
@@ -52,6 +52,11 @@ def box(*extents: float) -> Cloud:
 
 def box_on_table(**place: float):
     return put_down([table(), box(*BOX)], [Placement(), Placement(**{"x": 0.2, "y": 0.1, **place})])
+
+
+def drops_on_all(objects: list, simulator, settings: DropSettings, seed: int):
+    clouds = [item.cloud for item in objects]
+    return falls_on(clouds, united(clouds, "both"), simulator, settings, seed)[1]
 
 
 def household(name: str) -> Path:
@@ -136,15 +141,16 @@ def test_things_that_interpenetrate_are_told_from_those_that_touch(place, crosse
 
 def test_a_sphere_belongs_to_what_is_under_it_and_not_to_what_it_leans_on(simulator):
     placed, radius = put_down([box(0.5, 0.6, HEIGHT), box(*BOX)], [Placement(), Placement(heading_deg=90.0)]), 0.02
-    runs = [DropSettings(radius=radius, miss_limit=300, max_drops=300)] * 3
-    falls = joined([drop_on(placed, simulator, run, seed, "both")[1] for seed, run in enumerate(runs)])
-    height = falls.centers[:, 2] - radius
+    run = DropSettings(radius=radius, miss_limit=300, max_drops=300)
+    falls = [drops_on_all(placed, simulator, run, seed) for seed in range(3)]
+    centers, owners = (np.concatenate([getattr(part, name) for part in falls]) for name in ("centers", "owners"))
+    height = centers[:, 2] - radius
     on_table, on_box = np.abs(height - HEIGHT) < 0.003, np.abs(height - HEIGHT - BOX[2]) < 0.003
-    aside = np.abs(falls.centers[:, :2] - placed[1].shift[:2]) - np.array(BOX[1::-1]) / 2
+    aside = np.abs(centers[:, :2] - placed[1].shift[:2]) - np.array(BOX[1::-1]) / 2
     leaning = on_table & (aside.max(axis=1) < 1.1 * radius)
     assert on_table.sum() > 100 and on_box.sum() > 100 and leaning.sum() > 5
-    assert (falls.owners[on_table] == 0).all() and (falls.owners[on_box] == 1).all()
-    assert (falls.owners[~np.isnan(falls.centers[:, 0])] != NO_OWNER).all()
+    assert (owners[on_table] == 0).all() and (owners[on_box] == 1).all()
+    assert (owners[~np.isnan(centers[:, 0])] != NO_OWNER).all()
 
 
 def test_a_sphere_on_spheres_belongs_to_who_carries_those(simulator):
@@ -157,7 +163,7 @@ def test_a_sphere_on_spheres_belongs_to_who_carries_those(simulator):
         parts[-1].apply_translation([x, y, 0.035])
     placed = put_down([table(), cloud_of(trimesh.util.concatenate(parts), "tray")], [Placement(), Placement()])
     settings = DropSettings(radius=0.015, miss_limit=400, max_drops=400)
-    falls = surroundings(placed, 1, 0.015).drop(simulator, settings, 0)
+    falls = drops_over(placed, 1, simulator, settings, [0])
     inside = (np.abs(falls.centers[:, :2]) < 0.14).all(axis=1)
     assert falls.upon[inside].sum() > 20
     assert (falls.owners[inside] == 1).all()
@@ -243,7 +249,7 @@ def test_moving_all_things_changes_no_owner():
     there = box_on_table()
     moved = [replace(item, placement=replace(item.placement, x=item.placement.x + 2.0)) for item in there]
     settings, fast = DropSettings(radius=0.02, miss_limit=300, max_drops=300), make_simulator("fast")
-    owners = [np.bincount(drop_on(objects, fast, settings, 0, "both")[1].owners + 1) for objects in (there, moved)]
+    owners = [np.bincount(drops_on_all(objects, fast, settings, 0).owners + 1) for objects in (there, moved)]
     # The same columns, but for the last digits of where they are, on which a sphere at an edge may depend.
     assert np.abs(owners[0] - owners[1]).max() <= 3
 
