@@ -22,7 +22,7 @@ from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.scenes.impairment.levels import LevelPart
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
 from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
-from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
+from spherefunc_bullet.scenes.impairment.useless import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings

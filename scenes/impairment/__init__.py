@@ -1,4 +1,4 @@
-"""Impairment: copies of labelled objects that look right and do not work, and as many changes that must not matter.
+"""Impairment: copies of labelled objects that look right and do not work, and copies with harmless changes.
 
-May import the shared stack alone. `impairments.py` lists every kind.
+May import the shared stack and `household`. `impairments.py` lists every kind.
 """

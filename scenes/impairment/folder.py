@@ -1,9 +1,9 @@
-"""Impaired copies as a data set on disk: binary PLY files and a manifest that says what each is a copy of."""
+"""Impaired copies as a data set on disk: binary PLY files, and a manifest that names the original of each."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from operator import itemgetter
@@ -15,15 +15,14 @@ import trimesh
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import passed
 from spherefunc_bullet.datasets.catalogue import write_manifest
-from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, csv_table, label_text, open_dataset
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, csv_table, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import prepare_folder, write_bytes
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.processes.tasks import run_tasks
 
 from .impairments import IMPAIRMENTS
-from .specimen import FUNCTIONS, Impairment, Specimen
-from .specimen import NONE as NOTHING
+from .specimen import FUNCTIONS, NONE, Impairment, Specimen
 from .surfaces import ObjectSurface
 
 COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group", "source", "license")
@@ -34,19 +33,19 @@ Failed = Callable[[InputError], None]
 class CopyRow:
     """One copy in a folder."""
 
-    item: DatasetObject  # with the function that it has now
-    of: str  # the original, as its data set calls it
+    item: DatasetObject  # with the function that the copy has
+    of: str  # the original's name in its data set
     kind: str
     works: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class CopyFolder:
-    """What was made of a data set."""
+    """The copies that were made of a data set."""
 
     manifest: Path
     made: dict[str, int]  # by function and kind, such as "cup hole"
-    left_out: dict[str, int]  # of what cannot be made of an object
+    left_out: dict[str, int]  # likewise, of copies that could not be made
 
 
 def impair_dataset(
@@ -69,7 +68,7 @@ def impair_dataset(
     up, units : str
         How the files are read (see `load_cloud`); copies are in metres, z up.
     failed : callable
-        Is given the error of each file that cannot be used; the others go on.
+        Called with the error of each file that cannot be used; the others are still copied.
 
     Raises
     ------
@@ -81,14 +80,13 @@ def impair_dataset(
     if not any(function_of(item) for _, item in numbered):
         raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
     prepare_folder(directory)
-    reading = partial(load_cloud, up=up, units=units)
-    fixed = directory, seed, impairments, reading
+    fixed = directory, seed, impairments, partial(load_cloud, up=up, units=units)
     tasks = [(number, item, dataset.name_of(item.path), *fixed) for number, item in numbered]
     outcomes = run_tasks(write_copies, tasks, [item.path for _, item in numbered], jobs=jobs)
     done = [copies for _, copies in sorted(passed(outcomes, len(tasks), "making copies", failed), key=itemgetter(0))]
     rows = [row for written, _ in done for row in written]
     left_out = sum((missing for _, missing in done), Counter())
-    made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
+    made = Counter(row[-1] for row in rows)
     manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
     return CopyFolder(manifest=manifest, made=dict(made), left_out=dict(left_out))
 
@@ -102,21 +100,31 @@ def write_copies(
     impairments: Sequence[Impairment],
     reading: Callable[[Path], Cloud],
 ) -> tuple[list[tuple], Counter[str]]:
-    """Write the copies of one object; return their rows of the manifest, and how often which kind cannot be made."""
+    """Write the copies of one object; return their rows of the manifest, and how many of each kind were not made.
+
+    Each row ends with the copy's function and kind. A useless copy has no function, nor one that was true of the
+    original as well.
+    """
     rows, left_out = [], Counter()
     specimen = Specimen(reading(item.path), kind_of(item))
-    for impairment, surface in changed_copies(specimen, name, seed, impairments):
+    about = item.category, item.group, item.source, item.license
+    for impairment in impairments:
+        if specimen.function not in impairment.functions:
+            continue
+        surface, made = impairment.applied(specimen, name, seed), f"{specimen.function} {impairment.kind}"
         if surface is None:
-            left_out[f"{specimen.function} {impairment.kind}"] += 1
+            left_out[made] += 1
             continue
         file = f"{number:04d}_{item.path.stem}_{impairment.kind}.ply"
         write_bytes(directory / file, copy_ply(surface))
-        rows.append(manifest_row(file, name, item, impairment))
+        works = impairment.works
+        label, also = (label_text(item.functions), ";".join(sorted(item.also))) if works else (NONE, "")
+        rows.append((file, label, name, impairment.kind, int(works), also, *about, made))
     return rows, left_out
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
-    """Return the objects that have a function, at most this many of each, evenly spread over the data set."""
+    """Return the objects that have a function: at most this many of each, evenly spread over the data set."""
     return tuple(item for function in FUNCTIONS for item in evenly_spread(objects, function, most))
 
 
@@ -132,43 +140,22 @@ def evenly(objects: Sequence[DatasetObject], count: int | None) -> list[DatasetO
 
 
 def function_of(item: DatasetObject) -> str | None:
-    """Return the one function of an object that can be impaired; of several, the first by name."""
+    """Return the function of an object that can be impaired, the first by name of several; None if it has none."""
     return next((function for function in FUNCTIONS if function in item.functions), None)
 
 
 def kind_of(item: DatasetObject) -> str:
-    """Return the one function that decides which copies are made of an object; ``none`` of what has none at all."""
-    return function_of(item) or ("also" if item.also else NOTHING)
-
-
-def changed_copies(
-    specimen: Specimen, name: str, seed: int, impairments: Iterable[Impairment]
-) -> Iterator[tuple[Impairment, ObjectSurface | None]]:
-    """Yield each kind for an object's function, with the copy or None where it cannot be made."""
-    for impairment in impairments:
-        if specimen.function in impairment.functions:
-            yield impairment, impairment.applied(specimen, name, seed)
-
-
-def manifest_row(file: str, of: str, item: DatasetObject, impairment: Impairment) -> tuple:
-    """Return a copy's row of the manifest, and last its function and kind.
-
-    A useless copy has no function, nor one that was true of the original as well.
-    """
-    label, also = (label_text(item.functions), ";".join(sorted(item.also))) if impairment.works else (NONE, "")
-    kind, works = impairment.kind, int(impairment.works)
-    about = (item.category, item.group, item.source, item.license)
-    return file, label, of, kind, works, also, *about, (kind_of(item), kind)
+    """Return the function by which the copies of an object are chosen; ``none`` for an object without any."""
+    return function_of(item) or ("also" if item.also else NONE)
 
 
 def copy_ply(surface: ObjectSurface) -> bytes:
     """Return a surface as a binary PLY file, a mesh or a cloud."""
     vertices, faces = surface.mesh()
-    vertices = vertices.astype(np.float32)
-    item = trimesh.Trimesh(vertices, faces, process=False) if len(faces) else trimesh.PointCloud(vertices)
-    if len(faces):
-        return item.export(file_type="ply", encoding="binary", vertex_normal=False)
-    return item.export(file_type="ply", encoding="binary")
+    vertices, how = vertices.astype(np.float32), {"file_type": "ply", "encoding": "binary"}
+    if not len(faces):
+        return trimesh.PointCloud(vertices).export(**how)
+    return trimesh.Trimesh(vertices, faces, process=False).export(**how, vertex_normal=False)
 
 
 def read_copies(folder: Path) -> list[CopyRow]:
@@ -177,7 +164,7 @@ def read_copies(folder: Path) -> list[CopyRow]:
     Raises
     ------
     InputError
-        If the folder is none that `impair_dataset` wrote.
+        If `impair_dataset` did not write the folder.
     """
     objects, rows = open_dataset(folder).objects, csv_table(folder / "manifest.csv", "of", "kind", "works")
     return [

@@ -1,4 +1,4 @@
-"""Changes that must not matter. Each takes a specimen and a generator, and returns a surface, or None."""
+"""Harmless changes. Each takes a specimen and a generator, and returns a surface, or None where it cannot be made."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from .specimen import Specimen, box, needs, turn, turned
 from .surfaces import ObjectSurface
 
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis
-FRAME = 640 * 480  # points that it gives at most, as a depth camera's picture
+FRAME = 640 * 480  # points at most, as in a depth camera's image
 HOLES = 6  # that a sensor leaves
 HOLE = (0.03, 0.015)  # radius: of the largest extent, but at most this many metres
 ANGLES, RINGS = 48, 16  # about a cup's axis and along its height, to find a handle
-HANDLE = 1.12  # times the body's radius: what reaches farther is a handle
+HANDLE = 1.12  # times the body's radius: parts that reach farther are a handle
 HANDLE_WIDE = np.radians(110)  # at most
-ARM = (0.06, 0.45)  # metres above the seat in which arms are
+ARM = (0.06, 0.45)  # metres above the seat between which arms are
 LEG = 0.05  # metres, the side of a new leg
-FEET = 0.4  # of the level's area at most, at a third of its height: more is a body, no legs
+FEET = 0.4  # of the level's area at most, at a third of its height: more is a body, not legs
 
 
 def whole(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
@@ -44,7 +44,7 @@ def heading(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
 
 
 def sensor(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
-    """Keep points of its surface as a sensor would, with noise and a few holes."""
+    """Keep points of its surface as a sensor would measure them, with noise and a few holes."""
     points = specimen.cloud.points
     points = points if len(points) <= FRAME else rng.choice(points, FRAME, replace=False)
     radius = min(HOLE[0] * float(specimen.cloud.size.max()), HOLE[1])
@@ -55,7 +55,7 @@ def sensor(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface:
 
 
 def triangulation(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface | None:
-    """Cut every triangle at a place within it in three, and shuffle them."""
+    """Cut every triangle in three at a random place within it, and shuffle them."""
     surface = specimen.surface
     if surface.is_cloud:
         return None
@@ -68,7 +68,7 @@ def triangulation(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface
 
 @needs("cavity")
 def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface | None:
-    """Take a cup's handle off; what reaches out on one side only is one."""
+    """Take off a cup's handle: the part that reaches out on one side only."""
     surface = specimen.surface
     away = surface.centres[:, :2] - cup.axis
     angles, distances = np.arctan2(away[:, 1], away[:, 0]), cup.distances(surface.centres)
@@ -87,7 +87,7 @@ def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) ->
 
 @needs("level")
 def without_arms(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Take the arms of a chair off: what rises from both sides of the seat, and is not its back."""
+    """Take off the arms of a chair: the parts that rise from both sides of the seat and are not its back."""
     back, surface = specimen.back, specimen.surface
     if back is None:
         return None
@@ -105,7 +105,7 @@ def without_arms(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) 
 
 @needs("level", triangles=True)
 def other_legs(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Put a seat or a table top on other legs: four posts, two panels, or a column on a plate, if it stands on them."""
+    """Replace the legs of a seat or a table by four posts, two panels, or a column on a plate, if it stands on them."""
     surface = specimen.surface
     third = np.abs(surface.centres[:, 2] - level.height / 3) < level.height / 20
     standing = np.isfinite(level.grid.tops(surface.centres[third])).sum() * level.grid.cell**2

@@ -1,4 +1,4 @@
-"""Every kind of change: of which functions' objects it is made, and whether they work afterwards."""
+"""Every kind of change: the functions of the objects that it is made of, and whether they still work afterwards."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from spherefunc_bullet.errors import require_known
 
-from . import cups, harmless, tops
+from . import harmless, useless
 from .specimen import FUNCTIONS, Impairment, kinds
 from .use.copies import AS_SENSED, IN_USE
 
@@ -15,31 +15,31 @@ IMPAIRMENTS = (
     *kinds(
         ("cup",),
         False,
-        hole=cups.hole_in_bottom,
-        slit=cups.slit_in_wall,
-        lid=cups.lid_on_top,
-        filled=cups.filled_to_brim,
-        upside_down=cups.cup_upside_down,
-        on_side=cups.cup_on_side,
+        hole=useless.hole_in_bottom,
+        slit=useless.slit_in_wall,
+        lid=useless.lid_on_top,
+        filled=useless.filled_to_brim,
+        upside_down=useless.cup_upside_down,
+        on_side=useless.cup_on_side,
     ),
     *kinds(
         ("sittable",),
         False,
-        missing=tops.missing,
-        gaps=tops.gaps_in_seat,
-        tilted=tops.tilted_seat,
-        occupied=tops.box_on_seat,
-        upside_down=tops.turned_over,
-        on_back=tops.seat_on_back,
+        missing=useless.missing,
+        gaps=useless.gaps_in_seat,
+        tilted=useless.tilted_seat,
+        occupied=useless.box_on_seat,
+        upside_down=useless.turned_over,
+        on_back=useless.seat_on_back,
     ),
     *kinds(
         ("table",),
         False,
-        missing=tops.missing,
-        half=tops.half_top,
-        tilted=tops.tilted_top,
-        upside_down=tops.turned_over,
-        spikes=tops.spikes_on_top,
+        missing=useless.missing,
+        half=useless.half_top,
+        tilted=useless.tilted_top,
+        upside_down=useless.turned_over,
+        spikes=useless.spikes_on_top,
     ),
     *kinds(("cup",), True, no_handle=harmless.without_handle),
     *kinds(("sittable",), True, no_arms=harmless.without_arms),
@@ -54,7 +54,7 @@ IMPAIRMENTS = (
         triangulation=harmless.triangulation,
     ),
 )
-COPIES = (*IMPAIRMENTS, *IN_USE, *AS_SENSED)  # all that `dataset impair` makes
+COPIES = (*IMPAIRMENTS, *IN_USE, *AS_SENSED)  # every kind that `dataset impair` makes
 
 
 def kinds_of(impairments: Iterable[Impairment] = COPIES) -> list[str]:
@@ -63,7 +63,7 @@ def kinds_of(impairments: Iterable[Impairment] = COPIES) -> list[str]:
 
 
 def chosen_kinds(names: Iterable[str] | None) -> tuple[Impairment, ...]:
-    """Return the impairments of some kinds, or all; what is whole is always among them.
+    """Return the impairments of some kinds, or all; unchanged copies are always among them.
 
     Raises
     ------

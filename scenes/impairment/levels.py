@@ -13,11 +13,11 @@ from .surfaces import ObjectSurface
 
 BAND = 0.06  # metres of height that count as one level: cushions are not flat
 SHARE = 0.12  # of the footprint's box, at least: less is no seat and no top
-DEEPEST = 0.35  # of a level's height: what hangs below a seat or a top ends above that
+DEEPEST = 0.35  # of a level's height: parts that hang below a seat or a top end above that
 LEFT_OVER = 0.12  # of a cut's cells that may still hold something at that height, such as legs
 ALIKE = (0.6, 1.4)  # times a level's height: another level there would serve as well
 ENOUGH = 0.5  # of its area
-Where = Callable[[np.ndarray], np.ndarray]  # of places (N, 2), which are meant
+Where = Callable[[np.ndarray], np.ndarray]  # of places (N, 2), returns which are selected
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class LevelPart:
     """A level part of a surface, open to the sky."""
 
     grid: GroundGrid
-    cells: np.ndarray  # (X, Y) bool, where it is, its rounded edges and lower ledges with it
+    cells: np.ndarray  # (X, Y) bool, where it is, including its rounded edges and lower ledges
     flat: np.ndarray  # (X, Y) bool, where it is level
     height: float  # metres
     upper: float  # metres, the highest place that still belongs to it
@@ -78,14 +78,14 @@ class LevelPart:
         return ndimage.binary_dilation(self.cells)[self.grid.cells_of(points)]
 
     def is_left_in(self, surface: ObjectSurface) -> bool:
-        """Return whether a changed surface has a level as high and half as large as this one."""
+        """Return whether a changed surface has a level of about this height and at least half the area."""
         lowest, highest = np.array(ALIKE) * self.height
         other = find_level(surface, lowest, highest)
         return other is not None and other.area >= ENOUGH * self.area
 
 
 def find_level(surface: ObjectSurface, lowest: float, highest: float) -> LevelPart | None:
-    """Return the largest level between two heights, metres; None where there is none worth the name."""
+    """Return the largest level between two heights, metres; None where none is large enough."""
     grid = grid_over(surface)
     tops = grid.tops(surface.centres)
     heights = np.sort(tops[(tops >= lowest) & (tops <= highest)])
@@ -103,14 +103,14 @@ def find_level(surface: ObjectSurface, lowest: float, highest: float) -> LevelPa
 
 
 def cut_away(surface: ObjectSurface, level: LevelPart, where: Where | None = None) -> ObjectSurface | None:
-    """Return a surface without a level and what lies close below it, None where something always remains.
+    """Return a surface without a level and the parts close below it, None where something always remains.
 
-    What stands deeper than about a third of the height stays: legs, shelves, the floor of a chest.
+    Parts below about a third of the height stay: legs, shelves, the floor of a chest.
 
     Parameters
     ----------
     where : callable
-        Says of places (N, 2) whether they are to be cut; by default the whole level is.
+        Returns which places (N, 2) are cut; by default the whole level is.
     """
     centres = surface.centres
     cut = np.ones(len(centres), bool) if where is None else where(centres[:, :2])
@@ -161,13 +161,13 @@ class Cavity:
         return np.linalg.norm(points[:, :2] - self.axis, axis=1)
 
     def is_left_in(self, surface: ObjectSurface) -> bool:
-        """Return whether a changed surface holds a third of the water that this one holds."""
+        """Return whether a changed surface holds more than a third of this one's water."""
         other = find_cavity(surface)
         return other is not None and other.volume > self.volume / 3
 
 
 def find_cavity(surface: ObjectSurface) -> Cavity | None:
-    """Return the cavity of a surface; None where it is shallow, narrow, or water runs out below."""
+    """Return the cavity of a surface; None where it is shallow or narrow, or leaks."""
     grid = grid_over(surface)
     tops = grid.tops(surface.centres)
     heights = (np.arange(LEVELS) + 0.5) / LEVELS * surface.size[2] + surface.bounds[0, 2]

@@ -1,7 +1,7 @@
 """Furniture that no longer stands well: a leg sawn off, or all of them cut askew.
 
-Each takes a specimen and a generator, and returns a surface, or None. They are kinds beside `IMPAIRMENTS`: whether a
-object stands is not what spheres on it tell, so who learns from impaired copies does not learn these.
+Each change takes a specimen and a generator, and returns a surface, or None. They are not among `IMPAIRMENTS`, and no
+model learns from them, since spheres on an object do not show whether it stands.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ import trimesh
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from .cups import along_and_across
 from .levels import Cavity, LevelPart
 from .specimen import Impairment, Specimen, kinds, level_direction, needs
 from .surfaces import ObjectSurface
+from .useless import along_and_across
 
-CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn
+CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: a leg is sawn at the highest below which legs are apart
 FEWEST = 3  # legs
-WIDEST = 0.15  # of the footprint's box, one leg at most: more is a body
+WIDEST = 0.15  # of the footprint's box, the largest leg: more is a body
 FOOT = 0.02  # of the level's height: what is lower is on the ground
-NEEDED = 0.25  # of what of the seat or the top is above the outline of the feet, what is not without a leg that counts
+NEEDED = 0.25  # of the supported part of the seat or the top, that is no longer supported without a leg that counts
 ASKEW_DEG = (5.0, 10.0)
 
 
 @needs("level", triangles=True)
 def leg_sawn_off(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Saw one leg off, as high as legs are apart from each other, and one without which it has less to stand on.
+    """Saw off one leg, as high up as legs are separate; only a leg without which the object is supported less.
 
-    A sofa that has lost one of eight feet, or a desk that stands on panels besides, is as sound as before.
+    A sofa that has lost one of eight feet, or a desk that also stands on panels, is as sound as before.
     """
     surface = specimen.surface
     for cut in CUTS:
@@ -50,9 +50,9 @@ def leg_sawn_off(specimen: Specimen, level: LevelPart, rng: np.random.Generator)
 
 
 def needed_legs(feet: np.ndarray, legs: np.ndarray, count: int, over: np.ndarray) -> list[int]:
-    """Return which of the legs 1 to ``count`` take the support away from a good part of the seat or the top.
+    """Return which of the legs 1 to ``count`` a good part of the seat or the top is not supported without.
 
-    By outlines alone: of feet (N, 2), metres, each of one of the legs (N,), and places (P, 2) of the level.
+    Only outlines count: of feet (N, 2), metres, each of one of the legs (N,), around places (P, 2) of the level.
     """
     whole = within_outline(over, feet)
     lost = {leg: whole & ~within_outline(over, feet[legs != leg]) for leg in range(1, count + 1)}
@@ -60,7 +60,7 @@ def needed_legs(feet: np.ndarray, legs: np.ndarray, count: int, over: np.ndarray
 
 
 def within_outline(places: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Return which places (P, 2) are within the convex outline of feet (N, 2), (P,) bool; none where that is a line."""
+    """Return which places (P, 2) are within the convex outline of feet (N, 2), (P,) bool; none if it is a line."""
     try:
         sides = ConvexHull(feet).equations
     except (QhullError, ValueError):
@@ -94,7 +94,7 @@ def copies_of(
 
 HEIGHTS = (0.25, 0.5, 0.75)  # of the way from a cavity's floor to its brim: the middle of the hole
 ACROSS = 16.0  # radii of the carried spheres to an object's largest extent, see `simulator.mechanics`
-WIDE = 1.5  # such radii, the hole's radius: a sphere passes with room to spare
+WIDE = 1.5  # such radii, the hole's radius, so that a sphere passes easily
 
 
 @needs("cavity", triangles=True)

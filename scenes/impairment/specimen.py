@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, wraps
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ HEIGHTS = {"sittable": (0.15, 0.95), "table": (0.2, 1.3)}  # metres: of seats, o
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """A whole object with its function."""
+    """A whole object with its function and the part that serves it."""
 
     cloud: Cloud
     function: str
@@ -37,14 +38,14 @@ class Specimen:
 
     @cached_property
     def cavity(self) -> Cavity | None:
-        """Where the cup holds water, where it does."""
+        """The cavity that holds water, where it is a cup and has one."""
         return find_cavity(self.surface) if self.function == "cup" else None
 
     @cached_property
     def back(self) -> np.ndarray | None:
-        """Level unit vector (2,) from the seat's middle to what rises above it, None where nothing does.
+        """Level unit vector (2,) from the seat's middle towards the back that rises above it, None without a back.
 
-        Along x or y, whichever is nearer: furniture is made square.
+        It is along x or y, whichever is nearer, since furniture is rectangular.
         """
         seat, centres = self.level, self.surface.centres
         above = centres[:, 2] > seat.upper + 0.15
@@ -58,7 +59,7 @@ class Specimen:
 
 
 FUNCTIONS = ("cup", "sittable", "table")
-NONE = "none"  # of what has none of them
+NONE = "none"  # of objects without any of them
 Change = Callable[[Specimen, np.random.Generator], ObjectSurface | None]
 
 
@@ -67,14 +68,14 @@ class Impairment:
     """One kind of change."""
 
     kind: str
-    functions: tuple[str, ...]  # of which it is made
-    works: bool  # whether what is changed still serves
+    functions: tuple[str, ...]  # of the objects that it is made of
+    works: bool  # whether a changed object still has its function
     change: Change  # returns None where it cannot be made of an object
 
     def applied(self, specimen: Specimen, name: str, seed: int) -> ObjectSurface | None:
         """Return a changed copy, standing on the ground, or None; the same seed gives the same bits.
 
-        The random stream is the object's and the kind's own, so that one more of either leaves all others alone.
+        Each object and kind has a random stream of its own, so that adding one changes no others.
         """
         rng = np.random.default_rng([seed, zlib.crc32(name.encode()), zlib.crc32(self.kind.encode())])
         changed = self.change(specimen, rng)
@@ -87,18 +88,15 @@ def kinds(functions: tuple[str, ...], works: bool, **changes: Change) -> list[Im
 
 
 def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Callable[[Callable[..., Any]], Change]:
-    """Return what makes a change of a specimen and its part, ``level`` or ``cavity``, a change of a specimen alone.
+    """Return a decorator that passes a specimen's part, ``level`` or ``cavity``, to a change.
 
-    None where the specimen has no such part, where ``triangles`` are needed and it has points alone, and where what has
-    to be ``useless`` has a part left that serves.
+    The decorated change returns None where the specimen has no such part, where ``triangles`` are needed and it has
+    points alone, and where a copy that has to be ``useless`` still has a part that serves.
     """
 
     def of_part(change: Callable[..., ObjectSurface | None]) -> Change:
-        """Return a change of a specimen alone."""
-
         @wraps(change)
         def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> ObjectSurface | None:
-            """Return what the change makes of the part, None where there is no such part."""
             value = getattr(specimen, part)
             if value is None or (triangles and specimen.surface.is_cloud):
                 return None
@@ -133,14 +131,13 @@ def box(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 def loft(rings: list[np.ndarray]) -> np.ndarray:
     """Return the closed body through level rings (K, 3) of convex outline, from the lowest to the highest."""
-    walls = [wall for lower, upper in zip(rings, rings[1:], strict=False) for wall in between(lower, upper)]
-    return np.concatenate([*walls, fan(rings[0][::-1]), fan(rings[-1])])
-
-
-def between(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles between two rings."""
-    next_lower, next_upper = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
-    return np.stack([lower, next_lower, upper], axis=1), np.stack([next_lower, next_upper, upper], axis=1)
+    parts = []
+    for lower, upper in pairwise(rings):
+        next_lower, next_upper = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
+        parts += [
+            np.stack(corners, axis=1) for corners in ((lower, next_lower, upper), (next_lower, next_upper, upper))
+        ]
+    return np.concatenate([*parts, fan(rings[0][::-1]), fan(rings[-1])])
 
 
 def fan(ring: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""The surface of an object as it is found: triangles in any order, open or closed, wound either way, or points alone.
+"""The surface of an object as its file has it: triangles in any order, open or closed, of any winding, or points alone.
 
-Half of the models that people make are not watertight, so nothing here asks what is inside. Where a part of a
-surface is taken away, long triangles are halved first, until each piece is small enough to be in or out.
+Half of the models that people make are not watertight, so nothing here depends on an inside. Before a part of a surface
+is removed, long triangles are halved until each piece is small enough to be wholly inside or outside of that part.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ObjectSurface:
 
     @cached_property
     def cell(self) -> float:
-        """Side of the cells in which one looks for levels and cavities, metres."""
+        """Side of the cells in which levels and cavities are searched, metres."""
         side = max(self.size[:2].max() / CELLS, 1e-4)
         return max(side, SPACINGS * Cloud(self.points).spacing) if self.is_cloud else side
 
@@ -64,7 +64,7 @@ class ObjectSurface:
 
     @property
     def owners(self) -> np.ndarray:
-        """Of each piece, which triangle it is of, (P,)."""
+        """The triangle that each piece is part of, (P,)."""
         return self._halved[1]
 
     @cached_property
@@ -73,7 +73,7 @@ class ObjectSurface:
         return self.points if self.is_cloud else sum(self.pieces[:, k] for k in range(3)) / 3
 
     def without(self, gone: np.ndarray) -> ObjectSurface:
-        """Return the surface without some of its pieces, (P,) bool; triangles of which none goes stay whole."""
+        """Return the surface without some of its pieces, (P,) bool; triangles that lose no piece stay whole."""
         if self.is_cloud:
             return ObjectSurface(points=self.points[~gone])
         touched = np.zeros(len(self.triangles), bool)

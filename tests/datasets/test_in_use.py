@@ -22,8 +22,7 @@ from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WI
 from spherefunc_bullet.learning.profiles.columns import objects_on_table
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
-from spherefunc_bullet.scenes.impairment.use.coat import coat_over_back
-from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, places_to_sit
+from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, coat_over_back, places_to_sit
 from spherefunc_bullet.scenes.impairment.use.placing import upright_box
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
 from spherefunc_bullet.settling.drops import RunLimit

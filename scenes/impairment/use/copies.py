@@ -1,27 +1,30 @@
-"""Kinds of copies in use and as sensed: of which functions' objects they are made, and whether they still work."""
+"""Kinds of copies in use and as sensed: seats in use, every kind with its functions, and whether it still works."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
 from ...household.parts import solids
 from ..levels import LevelPart, find_level
-from ..specimen import FUNCTIONS, NONE, Specimen, kinds, needs
+from ..specimen import FUNCTIONS, NONE, Specimen, box, kinds, needs
 from ..surfaces import ObjectSurface
-from ..tops import spiked
+from ..useless import spiked
 from . import cups, sensed
-from .coat import coat_over_back
 from .placing import LoadedLevel, bag, book, small_object, upright_box, with_objects
 
 SPIKE = (0.06, 0.14)  # metres high, and
 PITCH = (0.05, 0.1)  # metres apart
-BESIDE = 0.5  # metres from one who sits to the next
+BESIDE = 0.5  # metres from one sitter to the next
+COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
+STRIP = 0.05  # metres of height of which a back has one thickness
+THICKEST = 0.25  # metres of a back: parts farther in front of its rear are an arm or the seat
 
 
 def centred(surface: ObjectSurface, seat: LevelPart, triangles: np.ndarray, rng: np.random.Generator) -> ObjectSurface:
-    """Return a seat with something put down about its middle, whether it reaches over the edge or not."""
+    """Return a seat with an object put down near its middle, even where it reaches over the edge."""
     placed = LoadedLevel(surface, seat)
     if placed.put(triangles, rng, near=seat.box.mean(axis=0)) or placed.put(triangles, rng):
         return placed.joined()
@@ -60,6 +63,51 @@ def with_coat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> 
     return surface.joined(ObjectSurface(coat_over_back(specimen, seat, rng)))
 
 
+def coat_over_back(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> np.ndarray:
+    """Return the triangles (K, 3, 3) of a jacket that hangs over the middle of a seat's back."""
+    wide, thick, down = np.array(COAT) * rng.uniform(0.8, 1.3, 3)
+    toward, points = specimen.back, specimen.cloud.points
+    across = np.abs(toward[::-1])
+    above = points[points[:, 2] > seat.upper + 0.15]
+    middle = np.median(above[:, :2] @ across)
+    covered = np.abs(above[:, :2] @ across - middle) < wide / 2
+    below_coat = above[covered] if covered.any() else above
+    back = np.column_stack([below_coat[:, :2] @ toward, below_coat[:, 2]])
+    hanging = list(strips(back, max(below_coat[:, 2].max() - down, seat.height + 0.03)))
+    _, top, front, rear = hanging[0]
+    parts = [(front - thick, rear + thick, top, top + thick)]
+    for lower, upper, front, rear in hanging:
+        parts += [(front - thick, front, lower, upper), (rear, rear + thick, lower, upper)]
+    sides = middle - wide / 2, middle + wide / 2
+    slabs = []
+    for front, rear, lower, upper in parts:
+        one = [*(front * toward + sides[0] * across), lower]
+        corners = np.array([one, [*(rear * toward + sides[1] * across), upper]])
+        slabs.append(box(corners.min(axis=0), corners.max(axis=0)))
+    return np.concatenate(slabs)
+
+
+def strips(back: np.ndarray, lowest: float) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the strips of a back from its top down: lower and upper height, then the positions of its front and rear.
+
+    Where a strip is empty, as between slats, the coat hangs as it does above.
+
+    Parameters
+    ----------
+    back : (N, 2) float
+        Distance towards the back, and height, metres.
+    """
+    upper = back[:, 1].max()
+    while upper > lowest:
+        lower = max(upper - STRIP, lowest)
+        row = back[(back[:, 1] >= lower) & (back[:, 1] <= upper), 0]
+        if len(row):
+            rear = row.max()
+            front = row[row > rear - THICKEST].min()
+        yield lower, upper, front, rear
+        upper = lower
+
+
 @needs("level", triangles=True)
 def spikes_on_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
     """Cover the seat with pyramids, side by side."""
@@ -69,7 +117,7 @@ def spikes_on_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator
 
 @needs("level", triangles=True)
 def taken(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
-    """Seat persons until nobody else has room: thighs, trunk and head, shins down to the ground."""
+    """Seat persons until nobody else has room; each has thighs, trunk and head, and shins down to the ground."""
     toward = np.array([0.0, 1.0]) if specimen.back is None else specimen.back
     scale, thighs, trunk = rng.uniform(0.85, 1.1), np.array([0.36, 0.46, 0.15]), np.array([0.42, 0.24, 0.56])
     parts = [upright_box(thighs), upright_box(trunk) + [0, 0.16, 0.05]]
@@ -82,7 +130,7 @@ def taken(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> Obje
 
 
 def places_to_sit(seat: LevelPart, toward: np.ndarray) -> list[np.ndarray]:
-    """Return where people sit (2,) on a seat whose back is that way: in its middle, and beside each other, metres."""
+    """Return where people sit (2,), metres, on a seat with its back that way: in the middle, then side by side."""
     cells, middle = seat.grid.places(seat.flat), seat.box.mean(axis=0)
     places = [middle]
     while True:
@@ -94,7 +142,7 @@ def places_to_sit(seat: LevelPart, toward: np.ndarray) -> list[np.ndarray]:
 
 
 VIEWPOINTS = 4  # that are tried
-SHOWN = 0.35  # of the level's cells: from behind a chair nobody sees the seat
+SHOWN = 0.35  # of the level's cells, at least: from behind a chair the seat is not seen
 EVERYTHING = (*FUNCTIONS, NONE)
 
 
@@ -110,9 +158,9 @@ def laden(specimen: Specimen, rng: np.random.Generator) -> ObjectSurface | None:
 def as_sensed(
     specimen: Specimen, rng: np.random.Generator, corrupt: sensed.Corrupt, least: float, most: float
 ) -> ObjectSurface | None:
-    """Return points of an object, corrupted between two severities, evenly by their logarithm.
+    """Return points of an object, corrupted with a severity between two, evenly distributed by its logarithm.
 
-    None where those of the seat or the top are not among them.
+    None where too little of the seat or the top is among them.
     """
     for _ in range(VIEWPOINTS):
         how = float(np.exp(rng.uniform(np.log(least), np.log(most))))
@@ -123,7 +171,7 @@ def as_sensed(
 
 
 def shows_level(specimen: Specimen, points: np.ndarray) -> bool:
-    """Return whether points (N, 3) show enough of the seat or the top to tell, where there is one."""
+    """Return whether points (N, 3) show enough of the seat or the top, where there is one."""
     level = specimen.level
     if level is None:
         return True

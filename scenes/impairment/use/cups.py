@@ -1,4 +1,4 @@
-"""Cups in use. Each takes a specimen and a generator, and returns a surface, or None."""
+"""Cups and tables in use. Each change takes a specimen and a generator, and returns a surface, or None."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .placing import LoadedLevel, made, small_object, upright_box, with_objects
 
 SPOON = (0.12, 0.19)  # metres long
 FULL = (0.2, 0.55)  # of the way from the cavity's floor to its brim, where liquid stands
-SAUCER = (1.5, 2.2)  # times the cup's foot, the radius
+SAUCER = (1.5, 2.2)  # radius, times that of the cup's foot
 FINGER = 0.008  # metres, the radius
 
 
@@ -73,11 +73,10 @@ def held(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSur
     return surface.joined(ObjectSurface(np.concatenate(parts)))
 
 
-FREE = 0.1  # metres, a hand's breadth: less than that is left free of a table that is full
-GAPS = (0.0, 0.05)  # metres between what stands on a full one
-SIDES = (0.09, 0.28)  # metres of what stands there
-HIGH = (0.04, 0.4)
-CHAIRS_HIGH = 0.55  # metres, a top under which chairs go
+GAPS = (0.0, 0.05)  # metres between objects on a full table
+SIDES = (0.09, 0.28)  # metres of these objects,
+HIGH = (0.04, 0.4)  # and their heights
+CHAIRS_HIGH = 0.55  # metres, the lowest top under which chairs fit
 
 
 @needs("level", triangles=True)
@@ -89,7 +88,7 @@ def laid(specimen: Specimen, top: LevelPart, rng: np.random.Generator, least: in
 
 @needs("level", triangles=True)
 def full(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Cover the top with boxes of all heights, so that no hand's breadth of it is free."""
+    """Cover the top with boxes of different heights, so that nowhere a hand's breadth is free."""
     (x, y), high = top.box
     boxes = []
     while y < high[1]:
@@ -108,7 +107,7 @@ def full(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> Object
 
 @needs("level", triangles=True)
 def chairs_under(specimen: Specimen, top: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Push one to four chairs under the table, as far as they go."""
+    """Push one to four chairs under the table, one on each side."""
     if top.height < CHAIRS_HIGH:
         return None
     parts, sides = [], rng.permutation(4)[: rng.integers(1, 5)]

@@ -1,8 +1,8 @@
-"""Objects put down on a level: where they have room, each beside the others."""
+"""Objects put down on a level: where they have room, next to each other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,7 +23,7 @@ BESIDE = 0.01  # metres between neighbours' circles
 
 @dataclass(eq=False)
 class LoadedLevel:
-    """What lies on a level."""
+    """A level with the objects that are put down on it."""
 
     surface: ObjectSurface
     level: LevelPart
@@ -31,25 +31,25 @@ class LoadedLevel:
     circles: list[tuple[np.ndarray, float]] = field(default_factory=list)  # middle (2,), radius, metres
 
     def put(self, triangles: np.ndarray, rng: np.random.Generator, near: np.ndarray | None = None) -> bool:
-        """Put an object down at a random place (near one, if that is given); return whether there was room."""
+        """Put an object down at a random place, or near a given one; return whether there was room."""
         places = self.level.grid.places(self.level.flat)
         for _ in range(TRIES):
             middle = places[rng.integers(len(places))] if near is None else near + rng.normal(0, 0.04, 2)
             turned = triangles @ turn(np.array([0.0, 0, 1]), rng.uniform(0, 2 * np.pi)).T
             corners = turned.reshape(-1, 3)[:, :2] + middle
-            if self._has_room(corners, middle):
+            reach = 0.9 * float(np.linalg.norm(corners - middle, axis=1).max())
+            if self._has_room(corners, middle, reach):
                 self.parts.append(turned + [*middle, self._height(corners)])
-                self.circles.append((middle, self._reach(corners, middle)))
+                self.circles.append((middle, reach))
                 return True
         return False
 
-    def _has_room(self, corners: np.ndarray, middle: np.ndarray) -> bool:
-        """Return whether what reaches to these places (N, 2) lies on the level and beside all others."""
+    def _has_room(self, corners: np.ndarray, middle: np.ndarray, reach: float) -> bool:
+        """Return whether an object with these corners (N, 2) lies on the level and apart from all others."""
         level = self.level
         low, high = level.box - [[0.03], [-0.03]]
         within = ((corners > low) & (corners < high)).all()
         on_level = level.cells[level.grid.cells_of(corners)].mean() > 0.9
-        reach = self._reach(corners, middle)
         apart = all(np.linalg.norm(middle - other) > reach + radius + BESIDE for other, radius in self.circles)
         return bool(within and on_level and apart)
 
@@ -61,12 +61,8 @@ class LoadedLevel:
         tops = self.level.grid.tops(self.surface.centres)[inside & self.level.flat]
         return float(tops.max()) if len(tops) else self.level.height
 
-    @staticmethod
-    def _reach(corners: np.ndarray, middle: np.ndarray) -> float:
-        return 0.9 * float(np.linalg.norm(corners - middle, axis=1).max())
-
     def joined(self) -> ObjectSurface | None:
-        """Return the surface with all that was put down; None where nothing was."""
+        """Return the surface with everything that was put down; None if nothing was."""
         return self.surface.joined(ObjectSurface(np.concatenate(self.parts))) if self.parts else None
 
 
@@ -80,25 +76,14 @@ def with_objects(
     return placed.joined()
 
 
-LARGEST = 0.55  # metres, of what is put down
-WARES: tuple[Family, ...] = (
-    *BELONGINGS,
-    *BOWLS,
-    *CONTAINERS,
-    *CUPS,
-    *DEVICES,
-    *DISHES,
-    *LAMPS,
-    *PLANTS,
-)
+LARGEST = 0.55  # metres, of objects that are put down
+WARES: tuple[Family, ...] = (*BELONGINGS, *BOWLS, *CONTAINERS, *CUPS, *DEVICES, *DISHES, *LAMPS, *PLANTS)
 BAGS = tuple(family for family in BELONGINGS if family.category in ("handbag", "backpack", "teddy_bear", "ball"))
-Maker = Callable[[np.random.Generator], np.ndarray]
 
 
 def cuboid(rng: np.random.Generator) -> np.ndarray:
     """Return a box of 4 to 40 cm."""
-    size = np.exp(rng.uniform(np.log([0.04, 0.04, 0.02]), np.log([0.4, 0.3, 0.35])))
-    return upright_box(size)
+    return upright_box(np.exp(rng.uniform(np.log([0.04, 0.04, 0.02]), np.log([0.4, 0.3, 0.35]))))
 
 
 def book(rng: np.random.Generator) -> np.ndarray:
@@ -111,14 +96,12 @@ def cylinder(rng: np.random.Generator) -> np.ndarray:
     radius = np.exp(rng.uniform(np.log(0.025), np.log(0.14)))
     height = rng.uniform(0.015, 0.04) if radius > 0.08 else rng.uniform(0.05, 0.32)
     neck = rng.uniform(0.3, 1.0)
-    rings = [
-        circle(np.zeros(2), radius * share, height * up) for share, up in ((1, 0), (1, 0.7), (neck, 0.85), (neck, 1))
-    ]
-    return loft(rings)
+    steps = (1, 0), (1, 0.7), (neck, 0.85), (neck, 1)
+    return loft([circle(np.zeros(2), radius * share, height * up) for share, up in steps])
 
 
 def ware(rng: np.random.Generator) -> np.ndarray:
-    """Return one of the catalogue's wares that is small enough."""
+    """Return one of the household catalogue's wares that is small enough."""
     while True:
         triangles = made(WARES[rng.integers(len(WARES))], rng)
         if np.ptp(triangles.reshape(-1, 3), axis=0).max() < LARGEST:
@@ -142,9 +125,7 @@ def upright_box(size: np.ndarray) -> np.ndarray:
     return box(np.array([-size[0] / 2, -size[1] / 2, 0]), np.array([size[0] / 2, size[1] / 2, size[2]]))
 
 
-MAKERS: tuple[Maker, ...] = (book, cuboid, cylinder, ware, ware)
-
-
 def small_object(rng: np.random.Generator) -> np.ndarray:
-    """Return anything that people put on a table, on z = 0 about the origin, (T, 3, 3) metres."""
-    return MAKERS[rng.integers(len(MAKERS))](rng)
+    """Return an object such as people put on a table, on z = 0 about the origin, (T, 3, 3) metres."""
+    makers = (book, cuboid, cylinder, ware, ware)
+    return makers[rng.integers(len(makers))](rng)

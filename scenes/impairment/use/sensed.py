@@ -1,6 +1,6 @@
-"""What sensors make of objects: noise, few points, one side, holes, crumbs, a tilted floor (after ModelNet40-C).
+"""Corruptions by sensors: noise, few points, one side, holes, stray patches, a tilted floor (after ModelNet40-C).
 
-Each takes an object's points (N, 3), metres, z up on the ground, how severe it is, and a generator; returns points.
+Each takes an object's points (N, 3), metres, z up on the ground, a severity and a generator, and returns points.
 """
 
 from __future__ import annotations
@@ -20,15 +20,9 @@ ELEVATION_DEG = (20.0, 50.0)  # of a camera above the level
 LEFT = 100  # points that are left at least
 
 
-def extents(points: np.ndarray) -> np.ndarray:
-    """Return how far points (N, D) reach along each axis, (D,)."""
-    low, high = corners_of(points)
-    return high - low
-
-
 def noise(points: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
     """Move points by a normal deviate along each axis, a share of the object's middle extent."""
-    return points + rng.normal(0, share * extents(points).mean(), points.shape)
+    return points + rng.normal(0, share * np.ptp(points, axis=0).mean(), points.shape)
 
 
 def sparse(points: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
@@ -38,12 +32,12 @@ def sparse(points: np.ndarray, share: float, rng: np.random.Generator) -> np.nda
 
 
 def tilt(points: np.ndarray, degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Turn the object about any level axis, as a gravity that is mistaken does."""
+    """Rotate the object about a random level axis, as a wrong gravity direction does."""
     return points @ turn(np.array([*level_direction(rng.uniform(0, 2 * np.pi)), 0.0]), np.radians(degrees)).T
 
 
 def scale(points: np.ndarray, factor: float, rng: np.random.Generator) -> np.ndarray:
-    """Make it larger."""
+    """Scale the object."""
     return factor * points
 
 
@@ -61,8 +55,8 @@ def outliers(points: np.ndarray, share: float, rng: np.random.Generator) -> np.n
 
 
 def holes(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndarray:
-    """Take round patches away, each a twenty-fifth of the largest extent in radius."""
-    radius = 0.04 * extents(points).max()
+    """Remove round patches whose radius is a twenty-fifth of the largest extent."""
+    radius = 0.04 * np.ptp(points, axis=0).max()
     for place in points[rng.choice(len(points), round(count))]:
         left = np.linalg.norm(points - place, axis=1) > radius
         points = points[left] if left.sum() > LEFT else points
@@ -70,7 +64,7 @@ def holes(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndar
 
 
 def crumbs(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndarray:
-    """Leave patches of the floor and of neighbours in the cloud, about its foot and its side."""
+    """Add patches of the floor around its foot and of neighbours at its side."""
     low, high = corners_of(points)
     size, parts = high - low, [points]
     spacing = np.sqrt((size[0] * size[1] + size[2] * (size[0] + size[1])) / len(points))
@@ -90,7 +84,7 @@ def crumbs(points: np.ndarray, count: float, rng: np.random.Generator) -> np.nda
 
 
 def views(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndarray:
-    """Keep what this many cameras see, that look down on the object from around it."""
+    """Keep the points that this many cameras see, which look down on the object from around it."""
     start, seen = rng.uniform(0, 2 * np.pi), np.zeros(len(points), bool)
     for number in range(round(count)):
         azimuth = start + number * 2 * np.pi / round(count) + rng.uniform(-0.3, 0.3)
@@ -100,7 +94,7 @@ def views(points: np.ndarray, count: float, rng: np.random.Generator) -> np.ndar
 
 
 def visible(points: np.ndarray, toward: np.ndarray) -> np.ndarray:
-    """Return which points (N, 3) are seen from a direction (3,), from afar: the first within each pixel, (N,) bool."""
+    """Return which points (N, 3) are seen from far away in a direction (3,), the nearest in each pixel, (N,) bool."""
     right = np.array([-toward[1], toward[0], 0.0]) / np.hypot(*toward[:2])
     image = points @ np.column_stack([right, np.cross(toward, right)])
     pixel = max(np.ptp(image, axis=0).max() / PIXELS, 1.2 * np.sqrt(np.ptp(image, axis=0).prod() / len(points)))
@@ -112,7 +106,7 @@ def visible(points: np.ndarray, toward: np.ndarray) -> np.ndarray:
     return depth > front[tuple(cells.T)] - 2.5 * pixel
 
 
-CORRUPTIONS: dict[str, tuple[Corrupt, tuple[float, ...]]] = {  # with what each of five severities is
+CORRUPTIONS: dict[str, tuple[Corrupt, tuple[float, ...]]] = {  # with the parameter of each of five severities
     "noise": (noise, (0.005, 0.01, 0.02, 0.03, 0.04)),
     "sparse": (sparse, (0.5, 0.25, 0.1, 0.05, 0.025)),
     "views": (views, (4, 3, 2, 1, 1)),
@@ -127,6 +121,6 @@ CORRUPTIONS: dict[str, tuple[Corrupt, tuple[float, ...]]] = {  # with what each 
 
 
 def corrupted(points: np.ndarray, kind: str, severity: int, rng: np.random.Generator) -> np.ndarray:
-    """Return points (N, 3) as a sensor gives them, corrupted in one way, of severity 1 to 5."""
+    """Return points (N, 3) as a sensor gives them, with one corruption of severity 1 to 5."""
     corrupt, levels = CORRUPTIONS[kind]
     return placed(corrupt(points, levels[severity - 1], rng))

@@ -1,4 +1,7 @@
-"""What spoils a seat and a table top alike: gone, tilted, turned over."""
+"""What makes objects useless: cups that hold no water; seats and tops that are gone, tilted, covered or turned over.
+
+Each change takes a specimen and a generator, and returns a surface, or None where it cannot be made.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +9,96 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .levels import LevelPart, cut_away
-from .specimen import Specimen, box, laid, level_direction, needs, spike, upside_down
+from .levels import Cavity, LevelPart, cut_away
+from .specimen import Specimen, box, circle, laid, level_direction, loft, needs, spike, upside_down
 from .surfaces import ObjectSurface
 
-TILT_DEG = 35.0  # far beyond what anything stays on
+HOLE = 0.7  # of the cavity's radius at its floor
+STEM = 0.3  # of the cup's height: a bowl that begins higher stands on a stem, which a hole would cut off
+SLIT = 0.6  # of the cavity's largest radius, the width
+HANDLE_ANGLES = 72  # directions, of which one away from the handle is chosen
+
+
+@needs("cavity", useless=True)
+def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface | None:
+    """Take away everything under the middle of the cavity, down to the ground."""
+    surface = specimen.surface
+    if cup.floor > STEM * surface.size[2]:
+        return None
+    inside = np.interp(cup.floor + 0.15 * (cup.brim - cup.floor), cup.heights, cup.radii)
+    radius = max(HOLE * inside, 2 * cup.grid.cell)
+    rounded = cup.floor + 0.2 * (cup.brim - cup.floor)
+    return surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
+
+
+@needs("cavity", useless=True)
+def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
+    """Cut the wall open from the brim to the floor, on the side away from a handle."""
+    surface = specimen.surface
+    along, across = along_and_across(surface, cup, rng)
+    wide = max(SLIT * cup.radii.max(), 4 * cup.grid.cell)
+    inside = (along > 0) & (np.abs(across) < wide / 2) & (surface.centres[:, 2] > cup.floor + cup.grid.cell)
+    beyond = cup.distances(surface.centres) > 0.5 * np.interp(surface.centres[:, 2], cup.heights, cup.radii)
+    return surface.without(inside & beyond)
+
+
+def along_and_across(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coordinates of pieces, (P,) and (P,) metres, along a direction away from a handle and across it."""
+    places, out = surface.centres[:, :2] - cup.axis, level_direction(away_from_handle(surface, cup, rng))
+    return places @ out, places @ [-out[1], out[0]]
+
+
+def away_from_handle(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> float:
+    """Return one of the directions, radians about z, in which a cup reaches least far from its axis."""
+    places = surface.centres[:, :2] - cup.axis
+    every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
+    extents = [(places @ level_direction(angle)).max() for angle in every]
+    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))
+    return float(every[rng.choice(nearest)])
+
+
+@needs("cavity", triangles=True)
+def lid_on_top(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
+    """Close the cup with a disc that reaches over its brim."""
+    surface = specimen.surface
+    radius = 1.03 * cup.reach
+    foot = surface.centres[cup.distances(surface.centres) < radius, 2].max()
+    rings = [circle(cup.axis, radius, height) for height in (foot, foot + 0.03 * surface.size[2])]
+    return surface.joined(ObjectSurface(loft(rings)))
+
+
+@needs("cavity", triangles=True, useless=True)
+def filled_to_brim(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
+    """Fill the cavity from its floor to its brim with something solid."""
+    rings = [circle(cup.axis, radius, height) for height, radius in zip(cup.heights, cup.radii, strict=True)]
+    return specimen.surface.joined(ObjectSurface(loft(rings)))
+
+
+@needs("cavity", useless=True)
+def cup_upside_down(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
+    """Turn the cup over; left out where its foot is as hollow as its bowl."""
+    return upside_down(specimen.surface, rng)
+
+
+@needs("cavity", useless=True)
+def cup_on_side(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface:
+    """Lay the cup on its side, any side."""
+    return laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))
+
+
+TILT_DEG = 35.0  # far steeper than anything stays on
 
 
 @needs("level", useless=True)
 def missing(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface | None:
-    """Take away the seat or top with all that lies close below it."""
+    """Take away the seat or top with everything close below it."""
     return cut_away(specimen.surface, level)
 
 
 def tilted(
     surface: ObjectSurface, level: LevelPart, downhill: np.ndarray, degrees: float = TILT_DEG
 ) -> ObjectSurface | None:
-    """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
+    """Return a surface whose level slopes down along a level unit vector (2,); the rest is unchanged."""
     rest = cut_away(surface, level)
     if rest is None:
         return None
@@ -31,8 +107,7 @@ def tilted(
     slope, middle = np.tan(np.radians(degrees)), level.box.mean(axis=0)
 
     def sloped(points: np.ndarray) -> np.ndarray:
-        rise = -slope * ((points[:, :2] - middle) @ downhill)
-        return points + np.outer(rise, [0, 0, 1])
+        return points + np.outer(-slope * ((points[:, :2] - middle) @ downhill), [0, 0, 1])
 
     top = surface.only(slab).mapped(sloped)
     sunk = max(0.02 - top.bounds[0, 2], 0.0)
@@ -41,7 +116,7 @@ def tilted(
 
 @needs("level", useless=True)
 def turned_over(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface:
-    """Turn furniture over; a block that is then as high and level as before is left out."""
+    """Turn furniture over; left out where a block is then as high and level as before."""
     return upside_down(specimen.surface, rng)
 
 
@@ -90,7 +165,7 @@ def spiked(
 GAP = 0.3  # metres, wider than a person's thighs are deep
 LEAST_GAP = 0.2  # metres, on small stools
 BAR = 0.05  # metres between gaps, at least
-BOX = 0.4  # metres, the height of what occupies the seat
+BOX = 0.4  # metres, the height of the box on a seat
 
 
 @needs("level")
@@ -131,6 +206,6 @@ def box_on_seat(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -
 
 @needs("level", useless=True)
 def seat_on_back(specimen: Specimen, seat: LevelPart, rng: np.random.Generator) -> ObjectSurface:
-    """Lay the seat on its back, or on any side where it has none; blocks that serve as well there are left out."""
+    """Lay the seat on its back, or on any side where it has none; left out where it serves as well then."""
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
     return laid(specimen.surface, anywhere if specimen.back is None else specimen.back)
