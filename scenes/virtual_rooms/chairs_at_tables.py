@@ -1,4 +1,4 @@
-"""Chairs at tables: each slid towards the table, its front ahead, until it touches something or is under the top."""
+"""Chairs at tables: each slides towards the table, front first, until it touches something or is under the top."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ TABLE_HEIGHTS = (0.55, 1.1)  # metres, of tables that people sit at
 TABLE_SIDE = 0.5  # metres, the least
 MOST = 4  # chairs at a table
 PLACE = 0.65  # metres of a side that a chair takes
-CLEAR = 0.05  # metres beside a table at which a chair begins to slide
+CLEAR = 0.05  # metres from a table at which a chair begins to slide
 STEP = 0.01  # metres
 TURNED = np.radians(10.0)  # at most, off the table's side
-TOUCHING = 0.5  # of the chairs are pushed as far as they go, the others pulled out a little:
+TOUCHING = 0.5  # of the chairs are pushed in completely, the others pulled out by
 PULLED = 0.25  # metres, at most
-_BACK = 0.7  # of a chair's height, above which there is its back alone
-_OFF = 0.04  # metres that the back is off the middle, at least, for a chair to have a front
+_BACK = 0.7  # of a chair's height, above which there is only its back
+_OFF = 0.04  # metres from the middle to the back, at least, for a chair to have a front
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,7 +34,7 @@ class Seating:
 
 
 def chairs_to_tables(contents: RoomContents):
-    """Push chairs to every table: first the room's own, on which nothing stands, then others of the data set."""
+    """Push chairs to every table: first the room's own that carry nothing, then others of the data set."""
     chairs = [k for k, item in enumerate(contents.objects) if is_chair(item) and k not in contents.carriers()]
     occupancy = contents.occupancy()
     for table in [item for item in contents.objects if is_dining_table(item)]:
@@ -46,7 +46,7 @@ def chairs_to_tables(contents: RoomContents):
 
 
 def is_chair(placed: PlacedObject) -> bool:
-    """Return whether an object is a seat for one that can be pushed about."""
+    """Return whether an object is a movable seat for one."""
     size = placed.cloud.size
     return SEAT in placed.item.functions and size[:2].max() <= WIDEST and size[2] <= HIGHEST
 
@@ -73,13 +73,13 @@ def seatings_of(table: PlacedObject) -> list[Seating]:
 
 
 def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, chairs: list[int]) -> bool:
-    """Push one chair to a place, if there is one and it has room; one of the room's own is then used up."""
+    """Push one chair to a place and return whether it has room; one of the room's own is taken off the list."""
     number = chairs[-1] if chairs else None
     if number is None:
         dealt = contents.deal(contents.seats)
-        if dealt is None or not is_chair(PlacedObject(*dealt, np.eye(4))):
+        chair = None if dealt is None else PlacedObject(*dealt, np.eye(4))
+        if chair is None or not is_chair(chair):
             return False
-        chair = PlacedObject(*dealt, np.eye(4))
     else:
         chair = contents.objects[number]
         occupancy.clear(chair.points)
@@ -94,7 +94,7 @@ def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, c
 
 
 def pushed(chair: PlacedObject, seating: Seating, occupancy: Occupancy, rng: np.random.Generator) -> np.ndarray | None:
-    """Return where a chair (4, 4) comes to stand when it is pushed to a place; None if there is no room beside it."""
+    """Return the pose (4, 4) of a chair that is pushed to a place; None if there is no room next to the table."""
     front, inward = front_of(chair.cloud.points, rng), -seating.outward
     angle = np.arctan2(inward[1], inward[0]) - np.arctan2(front[1], front[0])
     T_room_object = heading_transform(float(angle + rng.uniform(-TURNED, TURNED)))
@@ -102,22 +102,17 @@ def pushed(chair: PlacedObject, seating: Seating, occupancy: Occupancy, rng: np.
     along = points[:, :2] @ seating.outward
     start = seating.middle + (CLEAR - along.min()) * seating.outward
     steps = np.arange(0.0, CLEAR + np.ptp(along), STEP)
-    stopped = (k for k, step in enumerate(steps) if not occupancy.is_free(points + at(start + step * inward)))
-    gone = next(stopped, len(steps))
+    moved = (points + np.append(start + step * inward, 0.0) for step in steps)
+    free = next((k for k, placed in enumerate(moved) if not occupancy.is_free(placed)), len(steps))
     pulled = 0.0 if rng.uniform() < TOUCHING else rng.uniform(0.0, PULLED)
-    if gone == 0:
+    if free == 0:
         return None
-    T_room_object[:3, 3] = at(start + max(steps[gone - 1] - pulled, 0.0) * inward)
+    T_room_object[:2, 3] = start + max(steps[free - 1] - pulled, 0.0) * inward
     return T_room_object
 
 
-def at(place: np.ndarray) -> np.ndarray:
-    """Return a place (2,) on the floor as (3,), metres."""
-    return np.append(place, 0.0)
-
-
 def front_of(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return the direction (2,) that a chair (N, 3) about the z axis faces: away from its back; any for a stool."""
+    """Return the direction (2,) that a chair (N, 3) about the z axis faces: away from its back; random for a stool."""
     high = points[points[:, 2] > _BACK * points[:, 2].max()]
     back = (high[:, :2].min(axis=0) + high[:, :2].max(axis=0)) / 2
     if np.linalg.norm(back) < _OFF:

@@ -1,4 +1,4 @@
-"""What a lived-in room has besides: beds, shelves and window sills at its walls, cartons with gaps, and piles."""
+"""Fixtures of a lived-in room: beds, shelves and window sills at its walls, cartons with gaps, and piles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .grounds import Ground, boards_of, floor_of, top_of
 from .occupancy import RoomContents
 from .surroundings import BED, CARTON, PILE, SHELF, SILL
 
-STRIP = 1.6  # metres by which a room is longer where beds, shelves, cartons or piles stand in it
+STRIP = 1.6  # metres by which a room is longer if beds, shelves, cartons or piles stand in it
 ON_FLOOR = frozenset({"beds", "shelves", "gaps", "piles"})
 WALLS = ((1, 0), (-1, 0), (0, 1), (0, -1))  # outward, along x and y
 SILL_HEIGHTS = (0.65, 0.85)  # metres of its lower edge; the board is 15 cm higher
@@ -29,7 +29,7 @@ Dealt = tuple[DatasetObject, Cloud]
 
 
 def fixtures_added(contents: RoomContents, kinds: frozenset[str]):
-    """Add all of some kinds that stand on the floor or at a wall; what finds no place is left out."""
+    """Add the fixtures of some kinds; those without a free place are left out."""
     if kinds & ON_FLOOR:
         contents.size[0] += STRIP
     floor = floor_of(*contents.size[:2])
@@ -51,7 +51,7 @@ def fixtures_added(contents: RoomContents, kinds: frozenset[str]):
 
 
 def facing_away(outward: Sequence[int]) -> np.ndarray:
-    """Return the transform (4, 4) that turns the back of an object, its +y, towards a wall."""
+    """Return the transform (4, 4) that turns an object's back, +y, towards a wall."""
     return heading_transform(float(np.arctan2(-outward[0], outward[1])))
 
 
@@ -69,7 +69,7 @@ def stand_at_wall(contents: RoomContents, floor: Ground, category: str) -> int |
 
 
 def stand_anywhere(contents: RoomContents, floor: Ground, dealt: Sequence[Dealt], offsets: np.ndarray):
-    """Stand objects on the floor as a group, each at an offset (K, 2) in metres, turned together."""
+    """Stand a group of objects on the floor at a random heading, each at an offset (K, 2) in metres."""
     turned = heading_transform(float(contents.rng.uniform(0, 2 * np.pi)))
     shifts = np.column_stack([offsets, np.zeros(len(offsets))]) @ turned[:3, :3].T
     clouds = [transformed(cloud.points, turned) + shift for (_, cloud), shift in zip(dealt, shifts, strict=True)]
@@ -83,7 +83,7 @@ def stand_anywhere(contents: RoomContents, floor: Ground, dealt: Sequence[Dealt]
 
 
 def row_of_cartons(contents: RoomContents, floor: Ground):
-    """Stand cartons in a row with gaps between them, such as spheres fall into."""
+    """Stand cartons in a row, with gaps into which spheres fall."""
     dealt = [contents.deal([contents.surroundings[CARTON]]) for _ in range(int(contents.rng.integers(*CARTONS)))]
     gaps = contents.rng.uniform(*CARTON_GAPS, len(dealt))
     widths = np.array([cloud.size[0] for _, cloud in dealt])
@@ -93,7 +93,7 @@ def row_of_cartons(contents: RoomContents, floor: Ground):
 
 
 def fill_shelf(contents: RoomContents, shelf: int | None):
-    """Put small objects on the boards of a shelf, as far as they fit below the next one."""
+    """Put small objects on the boards of a shelf, where they fit below the next board."""
     if shelf is None:
         return
     occupancy, boards = contents.occupancy(), boards_of(contents.objects[shelf].points)
@@ -101,16 +101,12 @@ def fill_shelf(contents: RoomContents, shelf: int | None):
     for board, ceiling in zip(boards, above, strict=True):
         for _ in range(int(contents.rng.integers(0, ON_BOARD + 1))):
             dealt = contents.deal(contents.small)
-            if dealt is None or dealt[1].size[2] > ceiling - board.height - HEADROOM:
-                continue
-            T_room_object = contents.place_on(dealt[1], board, occupancy)
-            if T_room_object is not None:
-                added = contents.add(*dealt, T_room_object, shelf)
-                occupancy.fill(contents.objects[added].points)
+            if dealt is not None and dealt[1].size[2] <= ceiling - board.height - HEADROOM:
+                contents.put_on(dealt, board, occupancy, shelf)
 
 
 def window_sills(contents: RoomContents):
-    """Hang one sill on a wall where nothing is in its way, with small objects on it."""
+    """Hang one sill on a wall, where it is free, with small objects on it."""
     occupancy = contents.occupancy()
     item, cloud = contents.deal([contents.surroundings[SILL]])
     for _ in range(TRIES):
@@ -131,7 +127,7 @@ def window_sills(contents: RoomContents):
 
 
 def hung(contents: RoomContents, cloud: Cloud) -> np.ndarray:
-    """Return where a sill (4, 4) hangs on a wall, at random."""
+    """Return a random pose (4, 4) of a sill on a wall."""
     outward = np.array(WALLS[int(contents.rng.integers(len(WALLS)))])
     T_room_object = facing_away(outward)
     half = np.ptp(transformed(cloud.points, T_room_object), axis=0)[:2] / 2

@@ -1,7 +1,7 @@
-"""Virtual rooms: objects of a data set on a floor between walls, small ones on table tops, with the truth known.
+"""Virtual rooms: objects of a data set on a floor between walls, small ones on table tops, with known labels.
 
-A room's frame has z up, the floor at z = 0 and a corner at the origin. Objects keep a gap; what carries what touches
-it, and is an object of its own for all that: a cup is a cup, and the table below it a table.
+A room's frame has z up, the floor at z = 0 and a corner at the origin. Neighbours keep a gap. An object touches the one
+that carries it, and both are objects of their own: a cup, and the table below it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ FLOOR, WALL = -1, -2  # labels of points that belong to no object; a ceiling is 
 TABLE = "table"  # the function whose tops carry small objects
 SIZE = (4.5, 4.0, 2.6)  # of a room: metres along x, y and z
 TABLES = 2  # in a room
-ON_FLOOR = 6  # besides tables: as many of each other function as of none, as far as they go
+ON_FLOOR = 6  # besides tables: equally many of each other function and of none, as far as possible
 ON_TOPS = 6  # likewise
 GAP = 0.1  # metres between neighbours on the floor, and to the walls
 TOP_GAP = 0.05  # metres between neighbours on a table top
-SMALL = 0.4  # metres: what is no larger in any direction stands on tops
+SMALL = 0.4  # metres: objects that are no larger in any direction stand on tops
 LOWEST = 0.04  # metres: lower objects (a spoon, a telephone) are left out
 LARGEST = 2.5  # metres
 
@@ -84,7 +84,7 @@ def shell_meshes(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
 
 @dataclass
 class ShuffledObjects:
-    """Objects of one kind in random order, dealt one by one; when all are dealt, in a new order."""
+    """Objects of one kind in random order, dealt one by one; after the last one they are shuffled again."""
 
     items: Sequence[DatasetObject]
     rng: np.random.Generator
@@ -99,7 +99,7 @@ class ShuffledObjects:
 
 @dataclass(frozen=True)
 class FurnitureStock:
-    """What rooms are furnished from, by function or none."""
+    """The objects that rooms are furnished with, by function or none."""
 
     large: dict[str, tuple[DatasetObject, ...]]
     small: dict[str, tuple[DatasetObject, ...]]
@@ -111,12 +111,12 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Furnit
     Parameters
     ----------
     failed : callable
-        Is given the error of each file that cannot be used; the rest goes on.
+        Called with the error of each file that cannot be used; such files are left out.
 
     Raises
     ------
     InputError
-        If nothing is left.
+        If no object is left.
     """
     kinds: dict[bool, dict[str, tuple[DatasetObject, ...]]] = {True: {}, False: {}}
     for item in dataset.objects:
@@ -135,7 +135,7 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Furnit
 
 
 def extents(item: DatasetObject) -> np.ndarray:
-    """Return an object's size (3,), metres, or raise InputError if it has no mesh that a camera could see."""
+    """Return an object's size (3,), metres; raise InputError for points, which a camera would see through."""
     geometry = read_geometry(item.path)
     if not len(geometry.faces):
         raise InputError(f"{item.path.name}: expected a mesh, got points, which hide nothing from a camera")
@@ -150,16 +150,16 @@ def furnish(
     failed: Callable[[InputError], None],
     stock: FurnitureStock | None = None,
 ) -> Iterator[VirtualRoom]:
-    """Yield rooms furnished at random; every object stands in one before any stands in a second.
+    """Yield rooms furnished at random; every object is used once before any is used again.
 
     Parameters
     ----------
     dataset : Dataset
         Meshes in metres, z up.
     failed : callable
-        Is given the error of each file that cannot be used.
-    stock : Stock, optional
-        Of the data set, where it is known already.
+        Called with the error of each file that cannot be used.
+    stock : FurnitureStock, optional
+        Of the data set, if it is known already.
 
     Raises
     ------
@@ -177,14 +177,14 @@ def furnish(
 
 
 def deal_objects(decks: Sequence[ShuffledObjects], count: int) -> list[DatasetObject]:
-    """Return this many objects, from one deck after the other; none if there are no decks."""
+    """Return this many objects, from each deck in turn; none if there are no decks."""
     return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
 
 
 def arrange(
     name: str, on_floor: list[DatasetObject], on_tops: list[DatasetObject], rng: np.random.Generator
 ) -> VirtualRoom:
-    """Return a room with objects at random places and headings; what finds no place is left out."""
+    """Return a room with objects at random places and headings; objects without a free place are left out."""
     clouds = {item.path: load_cloud(item.path) for item in [*on_floor, *on_tops]}
     floor = floor_of(*SIZE[:2])
     placed: list[PlacedObject] = []
@@ -207,7 +207,7 @@ def place_object(
     rng: np.random.Generator,
     placed: list[PlacedObject],
 ) -> bool:
-    """Place an object on the first of the grounds, in random order, that has room for it; say whether one had."""
+    """Place an object on the first ground, in random order, that has room for it; return whether one had."""
     T_room_object = heading_transform(rng.uniform(0, 2 * np.pi))
     points = transformed(cloud.points, T_room_object)
     for support in rng.permutation(list(grounds)):

@@ -1,4 +1,4 @@
-"""Where objects find room: footprints on a grid, free places on a floor and on table tops."""
+"""Free places for objects: footprints on a grid, on a floor and on table tops."""
 
 from __future__ import annotations
 
@@ -7,41 +7,38 @@ from dataclasses import dataclass
 import numpy as np
 
 CELL = 0.02  # metres, of the grids that footprints are drawn on
-LEVEL = 0.005  # metres: what a top may vary by and still carry a cup
-BOARD = 0.6  # of a shelf's footprint, that each of its boards fills at least
+LEVEL = 0.005  # metres by which the height of a top may vary
+BOARD = 0.6  # of a shelf's footprint, the least that a board fills
 THICK = 0.05  # metres: the thickest board
 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A level ground with what stands on it: the floor, or a table top."""
+    """A level ground, the floor or a table top, and its occupied cells."""
 
     corner: np.ndarray  # (2,) x and y of the grid's corner, metres
     height: float  # metres
     blocked: np.ndarray  # (X, Y) bool, cells that carry nothing
-    taken: np.ndarray  # (X, Y) bool, cells below what stands there already
+    taken: np.ndarray  # (X, Y) bool, cells below objects that stand there already
 
     def place(self, points: np.ndarray, gap: float, rng: np.random.Generator) -> np.ndarray | None:
-        """Return a free place (3,) for an object, at random, and take it; None if there is none.
+        """Return a random free place (3,) for an object, and take it; None if there is none.
 
         Parameters
         ----------
         points : (N, 3) float64, metres
             The object as it will stand, about the origin of x and y.
         gap : float, metres
-            The least distance to what stands on the ground already, seen from above.
+            The least distance to objects that stand on the ground already, seen from above.
         """
         mask = footprint(points[:, :2])
-        free = fits(self.blocked, mask) & fits(self.taken, widened(mask, gap))
-        places = np.argwhere(free)
-        if not len(places):
-            return None
-        return self.stamp(mask, places[rng.integers(len(places))])
+        places = np.argwhere(fits(self.blocked, mask) & fits(self.taken, widened(mask, gap)))
+        return self.stamp(mask, places[rng.integers(len(places))]) if len(places) else None
 
     def place_at_wall(
         self, points: np.ndarray, outward: np.ndarray, gap: float, rng: np.random.Generator
     ) -> np.ndarray | None:
-        """Return a free place (3,) for an object that touches one end of the ground, and take it; None if none is.
+        """Return a free place (3,) for an object at one end of the ground, and take it; None if there is none.
 
         Parameters
         ----------
@@ -51,8 +48,7 @@ class Ground:
             Towards the end: 1 or -1 along x or along y, 0 along the other.
         """
         mask = footprint(points[:, :2])
-        free = fits(self.blocked, mask) & fits(self.taken, widened(mask, gap), outside=False)
-        places = np.argwhere(free)
+        places = np.argwhere(fits(self.blocked, mask) & fits(self.taken, widened(mask, gap), outside=False))
         if not len(places):
             return None
         reach = places @ outward
@@ -64,13 +60,13 @@ class Ground:
         return self.stamp(mask, at_end[rng.integers(len(at_end))])
 
     def take(self, points: np.ndarray):
-        """Take the cells below points (N, 3) or (N, 2) of what stands there, in the ground's own frame."""
+        """Take the cells below an object's points (N, 3) or (N, 2), in the ground's own frame."""
         cells = np.floor((points[:, :2] - self.corner) / CELL).astype(int)
         cells = cells[((cells >= 0) & (cells < self.taken.shape)).all(axis=1)]
         self.taken[tuple(cells.T)] = True
 
     def stamp(self, mask: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Take the cells of a footprint about a cell; return where that is (3,), metres."""
+        """Take the cells of a footprint about a cell; return the cell's middle (3,), metres."""
         half = np.array(mask.shape) // 2
         cells = np.argwhere(mask) + place - half
         self.taken[tuple(cells.T)] = True
@@ -89,9 +85,9 @@ def top_of(points: np.ndarray, tolerance: float = LEVEL) -> Ground:
     Parameters
     ----------
     points : (N, 3) float64, metres
-        In the room's frame, no farther from each other than a cell.
+        In the room's frame, at most a cell apart.
     tolerance : float, metres
-        What it may vary by.
+        By which its height may vary.
     """
     corner = points[:, :2].min(axis=0)
     cells = ((points[:, :2] - corner) / CELL).astype(int)
@@ -121,12 +117,12 @@ def widened(mask: np.ndarray, gap: float) -> np.ndarray:
 
 
 def fits(occupied: np.ndarray, mask: np.ndarray, outside: bool = True) -> np.ndarray:
-    """Return the cells at which a footprint's middle may stand so that it lies on no occupied cell.
+    """Return the cells at which a footprint's middle may be so that it covers no occupied cell.
 
     Parameters
     ----------
     outside : bool
-        Whether all beyond the ground's ends is occupied.
+        Whether everything beyond the ground's ends counts as occupied.
     """
     from scipy.signal import correlate
 
@@ -136,10 +132,7 @@ def fits(occupied: np.ndarray, mask: np.ndarray, outside: bool = True) -> np.nda
 
 
 def boards_of(points: np.ndarray) -> list[Ground]:
-    """Return the level boards of a shelf (N, 3) in a room's frame, from the lowest, whatever lies above them.
-
-    Of a board's two faces the upper one counts.
-    """
+    """Return the level boards of a shelf (N, 3) in a room's frame, the lowest first, by their upper faces."""
     corner = points[:, :2].min(axis=0)
     cells = ((points[:, :2] - corner) / CELL).astype(int)
     shape = cells.max(axis=0) + 1

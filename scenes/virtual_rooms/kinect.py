@@ -1,12 +1,12 @@
-"""A virtual Kinect: what a depth sensor sees of surfaces whose owners are known.
+"""A virtual Kinect: depth images of labelled surfaces.
 
-The camera's frame is the sensor's: x right, y down, z forward, metres. Noise along the ray's depth follows Nguyen,
-Izadi and Lovell (3DIMPVT 2012): 2 mm at 1 m, 4 cm at 5 m. Pixels without depth are those the real sensor loses:
-surfaces seen at a grazing angle, depth edges, and what the projector's light beside the camera does not reach.
+The camera's frame is the sensor's: x right, y down, z forward, metres. Noise in depth follows Nguyen, Izadi and Lovell
+(3DIMPVT 2012): 2 mm at 1 m, 4 cm at 5 m. Pixels lose their depth where a real sensor's do: at grazing angles, at depth
+edges, and in the shadow of the projector, which is next to the camera.
 
 With a `window` the sensor matches windows as the real one does: fine relief and rims are smoothed, noise is shared by
 neighbouring pixels, and depth comes in steps of disparity (Khoshelham and Oude Elberink, Sensors 2012). With `blur` it
-is a stereo camera whose filters smooth what it sees: mugs are half filled, and veils hang behind their edges.
+is a stereo camera with smoothing filters: mugs are half filled, and false surfaces hang behind their edges.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 
 NOTHING = -3  # label of a ray that hits no surface
-GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which none and all pixels are lost
+GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which no and all pixels are lost
 NEAREST, FARTHEST = 0.5, 5.0  # metres of depth between which it measures
 BASELINE = 0.075  # metres from the camera to the projector on its right
 EDGE_STEP = 0.03  # of the depth: a larger jump to the next pixel is an edge
@@ -32,15 +32,15 @@ STEPS = 8  # of disparity to the pixel, where windows are matched
 
 @dataclass(frozen=True, kw_only=True)
 class Kinect:
-    """The sensor's settings; as they are, a Kinect of the first generation."""
+    """The sensor's settings; by default a Kinect of the first generation."""
 
     width: int = 640  # pixels
     height: int = 480  # pixels
     field_of_view_deg: float = 57.0  # horizontal
     noise: float = 1.0  # times the sensor's own; 0 for an ideal camera
     dropouts: bool = True
-    window: int = 1  # pixels along the side of what is matched with the projector's pattern; 1: every pixel alone
-    blur: float = 0.0  # pixels, deviation of the filter that a stereo camera's depth is smoothed by; 0: none
+    window: int = 1  # pixels along the side of the windows that are matched; 1: every pixel by itself
+    blur: float = 0.0  # pixels, deviation of a stereo camera's smoothing filter; 0: none
 
     @property
     def focal_length(self) -> float:
@@ -48,7 +48,7 @@ class Kinect:
         return self.width / 2 / np.tan(np.radians(self.field_of_view_deg) / 2)
 
     def noisy(self, noise: float) -> Kinect:
-        """Return it with this many times its noise, without noise and losses of pixels at 0."""
+        """Return the sensor with this many times its noise; 0 is without noise and lost pixels."""
         return replace(self, noise=noise, dropouts=noise > 0)
 
     def directions(self) -> np.ndarray:
@@ -63,7 +63,7 @@ KINECT = Kinect()
 
 @dataclass(frozen=True, eq=False)
 class DepthImage:
-    """Depth and owner of every pixel, and where it was taken from."""
+    """Depth and label of every pixel, and the camera's pose."""
 
     depth: np.ndarray  # (H, W) float64, metres along the camera's z; NaN where nothing was measured
     labels: np.ndarray  # (H, W) int32, of the surface that was hit; NOTHING where none was
@@ -78,7 +78,7 @@ class DepthImage:
 
 
 class Surfaces:
-    """Labelled meshes that rays are cast against.
+    """Labelled meshes for ray casting.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Surfaces:
         self.labels = np.array(labels, np.int32)
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return how many directions far each ray hits (infinity: nothing), the label there, and the unit normal."""
+        """Return each ray's hit in multiples of its direction (infinity: none), the label and the unit normal there."""
         hits = self.raycaster.cast_rays(rays_from(origins, directions))
         distance, owner = hits["t_hit"].numpy(), hits["geometry_ids"].numpy()
         hit = np.isfinite(distance)
@@ -131,7 +131,7 @@ def depth_noise(depth: np.ndarray) -> np.ndarray:
 
 
 def photograph(surfaces: Surfaces, T_room_camera: np.ndarray, kinect: Kinect, rng: np.random.Generator) -> DepthImage:
-    """Return what the sensor measures from a pose."""
+    """Return the depth image that the sensor measures from a pose."""
     directions = kinect.directions() @ T_room_camera[:3, :3].T
     eye = T_room_camera[:3, 3]
     depth, labels, normals = surfaces.first_hits(eye, directions)
@@ -151,7 +151,7 @@ def photograph(surfaces: Surfaces, T_room_camera: np.ndarray, kinect: Kinect, rn
 
 
 def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
-    """Return depth (H, W) as windows are matched: the median around each pixel that has one, metres."""
+    """Return depth (H, W) from matched windows: the median around each pixel that has depth, metres."""
     from scipy.ndimage import median_filter
 
     nearness = np.where(np.isfinite(depth), 1 / np.nan_to_num(depth, nan=1.0), 0.0).astype(np.float32)
@@ -161,9 +161,9 @@ def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
 
 
 def smoothed(depth: np.ndarray, deviation: float) -> np.ndarray:
-    """Return depth (H, W) as the filters of stereo cameras leave it, metres: hollows shallower, veils behind edges.
+    """Return depth (H, W) after a stereo camera's filters, metres: shallower hollows, false surfaces behind edges.
 
-    What would be moved by more than `MAX_EDGE_SHIFT` stays, since these filters spare the edges of distant surfaces.
+    Pixels that would move by more than `MAX_EDGE_SHIFT` stay, since these filters spare the edges of distant surfaces.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -191,7 +191,7 @@ def in_steps(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
 
 
 def grazing(directions: np.ndarray, normals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return the pixels (H, W) lost because the surface is seen from the side."""
+    """Return the pixels (H, W) lost because the surface is seen at a grazing angle."""
     cosine = np.abs(np.einsum("...k,...k", directions, normals)) / np.linalg.norm(directions, axis=-1)
     least, most = GRAZING_DEG
     share = (np.degrees(np.arccos(np.clip(cosine, 0, 1))) - least) / (most - least)

@@ -1,7 +1,7 @@
-"""Rooms as people leave them: chairs at tables, stacks, shelves, beds, sills, cartons, piles and clutter, by options.
+"""Lived-in rooms: chairs at tables, stacks, shelves, beds, sills, cartons, piles and clutter, by options.
 
-Each kind comes to a share of the rooms, decided by the room's number and the seed alone; what is not asked for changes
-nothing, and a room without any of it is, bit for bit, the one that `furnishing` makes.
+Each kind is in a share of the rooms, chosen by the room's number and the seed alone. A room without any of them is, bit
+for bit, the one that `furnishing` makes.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from .surroundings import CLUTTER
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-MOVED = 0.6  # of the small objects on a top, that are stacked or pushed together
-STACKED = 0.5  # of those
+MOVED = 0.6  # of the small objects on a top that are stacked or pushed together
+STACKED = 0.5  # of those, that are stacked
 TOUCH = 0.002  # metres at which two objects touch
-STEP = 0.001  # metres: an object that could slide on by less has come to its end
-PROBES = 1_500  # points of an object that are looked at
-FEW = 50  # times fewer are looked at first
+STEP = 0.001  # metres: an object that could slide by less stops
+PROBES = 1_500  # points of an object that are checked
+FEW = 50  # one point in so many is checked first
 CLUTTERED = 0.6  # of the seats
 SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
@@ -68,7 +68,7 @@ def neighbours(contents: RoomContents, number: int) -> list[int]:
 
 
 def stacked(contents: RoomContents, occupancy: Occupancy, number: int, partner: int) -> bool:
-    """Put one object on another's top, if it has room there."""
+    """Put one object on another's top, and return whether it has room there."""
     ground = top_of(contents.objects[partner].points)
     T_room_object = contents.place_on(contents.objects[number].cloud, ground, occupancy)
     if T_room_object is not None:
@@ -77,7 +77,7 @@ def stacked(contents: RoomContents, occupancy: Occupancy, number: int, partner: 
 
 
 def pushed_together(contents: RoomContents, number: int, partner: int):
-    """Slide an object towards another on the same top until it touches that, or whatever is between."""
+    """Slide an object towards another on the same top until it touches that one, or whatever is in between."""
     from scipy.spatial import cKDTree
 
     item, other = contents.objects[number], contents.objects[partner]
@@ -92,7 +92,7 @@ def pushed_together(contents: RoomContents, number: int, partner: int):
     direction, gone = np.append(way / length, 0.0), 0.0
     near = within_reach(np.vstack(near), probes, length * direction)
     tree = cKDTree(near, balanced_tree=False, compact_nodes=False)  # made in half the time
-    # So far nothing can be in the way, wherever it is.
+    # Within the distance to the nearest obstacle the object can slide freely in any direction.
     while gone < length and (free := least_distance(probes + gone * direction, tree) - TOUCH) > STEP:
         gone += free
     moved = min(gone, length) * direction
@@ -103,10 +103,7 @@ def pushed_together(contents: RoomContents, number: int, partner: int):
 
 
 def within_reach(points: np.ndarray, probes: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return those of points (N, 3) that may stop an object of points (M, 3) on its way (3,).
-
-    The object stays farther from all others than the way is long, so that they cannot be what stops it.
-    """
+    """Return the points (N, 3) that may stop an object of points (M, 3) on its way (3,): those near its swept box."""
     margin = np.linalg.norm(way) + TOUCH + 2 * STEP
     low = np.minimum(probes.min(axis=0), (probes + way).min(axis=0)) - margin
     high = np.maximum(probes.max(axis=0), (probes + way).max(axis=0)) + margin
@@ -114,24 +111,20 @@ def within_reach(points: np.ndarray, probes: np.ndarray, way: np.ndarray) -> np.
 
 
 def least_distance(points: np.ndarray, tree: cKDTree) -> float:
-    """Return the least distance of points (N, 3) from those of a tree; a few of them bound the search for the rest."""
+    """Return the least distance of points (N, 3) from a tree's; a few of them bound the search for the others."""
     least = tree.query(points[::FEW])[0].min()
     return min(least, tree.query(points, distance_upper_bound=least)[0].min())
 
 
 def clutter_on_seats(contents: RoomContents):
-    """Leave objects on some of the seats, where nothing is in the way."""
+    """Put clutter on some of the seats, where they are free."""
     occupancy = contents.occupancy()
     for number, seat in enumerate(list(contents.objects)):
         if SEAT not in seat.item.functions or contents.rng.uniform() > CLUTTERED:
             continue
         ground, (least, most) = top_of(seat.points, UPHOLSTERED), SEAT_HEIGHTS
         if least <= ground.height <= most:
-            item, cloud = contents.deal([contents.surroundings[CLUTTER]])
-            T_room_object = contents.place_on(cloud, ground, occupancy)
-            if T_room_object is not None:
-                added = contents.add(item, cloud, T_room_object, number)
-                occupancy.fill(contents.objects[added].points)
+            contents.put_on(contents.deal([contents.surroundings[CLUTTER]]), ground, occupancy, number)
 
 
 EVERYTHING = "all"
@@ -139,7 +132,7 @@ EVERYTHING = "all"
 
 @dataclass(frozen=True, kw_only=True)
 class LivedIn:
-    """The share of rooms, 0 to 1, that has each kind of disorder."""
+    """The share of rooms, 0 to 1, that has each kind of additional contents."""
 
     chairs: float = 0.0  # pushed against and under tables
     stacks: float = 0.0  # small objects on top of each other, and touching
@@ -151,33 +144,31 @@ class LivedIn:
     clutter: float = 0.0  # on seats
 
     def kinds(self, seed: int, number: int) -> frozenset[str]:
-        """Return the kinds that a room of a number has."""
-        shares = {kind.name: getattr(self, kind.name) for kind in fields(self)}
-        # Rooms are distinguished by their number, kinds by their place: another share of one leaves the others alone.
-        turn = np.random.default_rng([seed, 7]).uniform(size=len(shares))
-        return frozenset(
-            name for place, (name, part) in enumerate(shares.items()) if falls(number, part, float(turn[place]))
-        )
+        """Return the kinds that the room of a number has; the share of one kind does not affect the others."""
+        names = [kind.name for kind in fields(self)]
+        offsets = np.random.default_rng([seed, 7]).uniform(size=len(names)).tolist()
+        chosen = zip(names, offsets, strict=True)
+        return frozenset(name for name, offset in chosen if falls(number, getattr(self, name), offset))
 
 
-def falls(number: int, share: float, turn: float) -> bool:
-    """Return whether a room of a number is among a share of all, as evenly spread as can be.
+def falls(number: int, share: float, offset: float) -> bool:
+    """Return whether the room of a number is among a share of all rooms, evenly spread.
 
     Examples
     --------
     >>> [falls(number, 0.5, 0.2) for number in range(1, 5)]
     [False, True, False, True]
     """
-    return bool(np.floor(number * share + turn) > np.floor((number - 1) * share + turn))
+    return bool(np.floor(number * share + offset) > np.floor((number - 1) * share + offset))
 
 
 def parse_lived_in(text: str | None) -> LivedIn:
-    """Return the kinds of a list such as ``chairs=0.5,stacks`` or ``all``; a share left out is 1.
+    """Return the shares of a list such as ``chairs=0.5,stacks`` or ``all``; a share left out is 1.
 
     Raises
     ------
     InputError
-        If a kind is none, or its share is not between 0 and 1.
+        If there is no such kind, or its share is not between 0 and 1.
 
     Examples
     --------
@@ -187,27 +178,21 @@ def parse_lived_in(text: str | None) -> LivedIn:
     names = [kind.name for kind in fields(LivedIn)]
     shares = {}
     for part in filter(None, (part.strip() for part in (text or "").split(","))):
-        name, _, share = part.partition("=")
-        for kind in names if name == EVERYTHING else [name]:
-            shares[kind] = share_of(share, part)
+        name, _, text = part.partition("=")
+        try:
+            share = float(text or 1)
+        except ValueError:
+            share = -1.0
+        if not 0 <= share <= 1:
+            raise InputError(f"--lived-in {part}: expected a share of rooms from 0 to 1, such as chairs=0.5")
         if name not in (*names, EVERYTHING):
             raise InputError(f"--lived-in {part}: expected some of {', '.join(names)}, or {EVERYTHING}")
+        shares |= dict.fromkeys(names if name == EVERYTHING else [name], share)
     return LivedIn(**shares)
 
 
-def share_of(text: str, part: str) -> float:
-    """Return a share of rooms."""
-    try:
-        share = float(text or 1)
-    except ValueError:
-        share = -1.0
-    if not 0 <= share <= 1:
-        raise InputError(f"--lived-in {part}: expected a share of rooms from 0 to 1, such as chairs=0.5")
-    return share
-
-
 def filled(room: VirtualRoom, kinds: frozenset[str], stock: FurnitureStock, rng: np.random.Generator) -> VirtualRoom:
-    """Return a room with all that its kinds bring."""
+    """Return a room with the additional contents of its kinds."""
     contents = RoomContents(
         room=room,
         rng=rng,
@@ -228,7 +213,7 @@ def filled(room: VirtualRoom, kinds: frozenset[str], stock: FurnitureStock, rng:
 def furnish_lived_in(
     dataset: Dataset, count: int, *, seed: int = 0, failed: Callable[[InputError], None], lived_in: LivedIn
 ) -> Iterator[VirtualRoom]:
-    """Yield the rooms of `furnish`, of which shares are filled up; see there.
+    """Yield the rooms of `furnish` (see there), shares of which have additional contents.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which places of a room are filled: by cubes of two centimetres, so that objects may touch but not cross."""
+"""Occupancy of a room in cubes of two centimetres, so that objects may touch but not cross."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Occupancy:
         return occupancy
 
     def clear(self, points: np.ndarray):
-        """Take an object's points (N, 3), metres, away, which were filled before."""
+        """Remove an object's points (N, 3), metres, which were filled before."""
         self.fill(points, -1)
 
     def fill(self, points: np.ndarray, count: int = 1):
@@ -56,7 +56,7 @@ class Occupancy:
 
 
 def raised(points: np.ndarray) -> np.ndarray:
-    """Return points (N, 3) without those of the lowest two cubes: what they stand on may reach into these."""
+    """Return points (N, 3) without those in the lowest two cubes, into which a support may reach."""
     return points[points[:, 2] > points[:, 2].min() + 2 * SIDE]
 
 
@@ -66,7 +66,7 @@ class RoomContents:
 
     room: VirtualRoom
     rng: np.random.Generator
-    small: Sequence[ShuffledObjects]  # what stands on boards, sills and objects
+    small: Sequence[ShuffledObjects]  # objects that stand on boards, sills and others
     seats: Sequence[ShuffledObjects]
     surroundings: dict[str, ShuffledObjects]  # by category
     objects: list[PlacedObject] = field(default_factory=list)
@@ -76,7 +76,7 @@ class RoomContents:
         self.objects, self.size = list(self.room.objects), np.array(self.room.size)
 
     def occupancy(self) -> Occupancy:
-        """Return which places are filled by the objects."""
+        """Return the occupancy by all objects."""
         return Occupancy.of(self.size, (item.points for item in self.objects))
 
     def carriers(self) -> frozenset[int]:
@@ -94,7 +94,7 @@ class RoomContents:
         self.objects[number] = PlacedObject(old.item, old.cloud, T_room_object, support)
 
     def place_on(self, cloud: Cloud, ground: Ground, occupancy: Occupancy) -> np.ndarray | None:
-        """Return where an object (4, 4) comes to stand on a ground, at random, and take the place, None without any."""
+        """Return a random pose (4, 4) of an object on a ground, and take the place; None if there is no room."""
         T_room_object = heading_transform(float(self.rng.uniform(0, 2 * np.pi)))
         points = transformed(cloud.points, T_room_object)
         place = ground.place(points, 0.0, self.rng)
@@ -102,6 +102,12 @@ class RoomContents:
             return None
         T_room_object[:3, 3] = place
         return T_room_object
+
+    def put_on(self, dealt: tuple[DatasetObject, Cloud], ground: Ground, occupancy: Occupancy, support: int):
+        """Put an object on a ground, if it has room there, and fill its place."""
+        T_room_object = self.place_on(dealt[1], ground, occupancy)
+        if T_room_object is not None:
+            occupancy.fill(self.objects[self.add(*dealt, T_room_object, support)].points)
 
     def deal(self, decks: Sequence[ShuffledObjects]) -> tuple[DatasetObject, Cloud] | None:
         """Return the next object of one of the decks, at random, with its cloud; None if there are none."""

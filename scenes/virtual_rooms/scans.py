@@ -1,4 +1,4 @@
-"""Scans of virtual rooms: whole surfaces, or what virtual Kinects see from one or several places."""
+"""Scans of virtual rooms: whole surfaces, or the views of virtual Kinects from one or several places."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ WALL_CLEARANCE = 0.4  # metres from the walls to a camera
 CLEARANCE = 0.3  # metres from a camera to any object
 TARGET_HEIGHT = 0.5  # metres: cameras look at the room's middle, so high
 CANDIDATES = 8  # places tried for each view
-MIN_POINTS = 100  # an object of which a scan holds fewer points is not in the scan,
-MIN_SHARE = 0.1  # nor one of which less than this share of the surface has a point within
-NEAR = 0.02  # metres; looked at in
+MIN_POINTS = 100  # an object counts as seen if a scan holds at least this many of its points,
+MIN_SHARE = 0.1  # and at least this share of its surface has a scanned point within
+NEAR = 0.02  # metres, checked at
 PROBES = 2_000  # places of the surface
 WHOLE = "whole"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Resolution:
-    """How dense a scan is; as it comes from the sensors, unless it is fused or thinned."""
+    """How dense a scan is: as the sensors see it, unless it is fused or thinned."""
 
     leaf: float | None = None  # metres, side of the cells that each hold one point, the mean, as in a fused scan
     points: int | None = None  # at most, chosen at random
@@ -56,9 +56,9 @@ AS_SEEN = Resolution()
 
 
 def fused(scan: VirtualScan, leaf: float) -> VirtualScan:
-    """Return a scan with one point in each cell of a side in metres: the mean, and the owner of most of its points.
+    """Return a scan with one point in each cell of a side in metres: the mean, labelled as most of the cell's points.
 
-    As a fused scan's it is sparser and less noisy than what the views saw, and takes the edges off.
+    Like a fused scan it is sparser and less noisy than the views, and its edges are rounded.
     """
     grid = cells(scan.points, leaf)
     owners, owner = np.unique(scan.labels, return_inverse=True)
@@ -70,7 +70,7 @@ def fused(scan: VirtualScan, leaf: float) -> VirtualScan:
 
 @dataclass(frozen=True, eq=False)
 class VirtualScan:
-    """A scan whose every point is known to belong to an object, the floor or a wall."""
+    """A scan in which it is known of every point whether it belongs to an object, the floor or a wall."""
 
     room: VirtualRoom
     points: np.ndarray  # (N, 3) float64, metres, in the room's frame
@@ -78,11 +78,11 @@ class VirtualScan:
     poses: tuple[np.ndarray, ...] = ()  # T_room_camera (4, 4) of each view; none for whole surfaces
 
     def seen(self) -> np.ndarray:
-        """Return the numbers of the objects of which the scan holds enough to speak of."""
+        """Return the numbers of the objects of which the scan holds enough points."""
         return np.array([number for number in range(len(self.room.objects)) if self.holds(number)], int)
 
     def holds(self, number: int) -> bool:
-        """Return whether enough of an object's points and of its surface, inside and out, are in the scan."""
+        """Return whether the scan holds enough of an object's points and of its surface, inside and outside."""
         from scipy.spatial import cKDTree
 
         points = self.points[self.labels == number]
@@ -95,7 +95,7 @@ class VirtualScan:
 
 
 def whole_scan(room: VirtualRoom) -> VirtualScan:
-    """Return the surfaces themselves, complete and without noise, as the objects' own clouds have them."""
+    """Return the surfaces of a room, complete and without noise, sampled as the objects' own clouds are."""
     parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell_meshes(room.size)]
     parts += [(number, placed.points) for number, placed in enumerate(room.objects)]
     labels = [np.full(len(points), label, np.int32) for label, points in parts]
@@ -103,14 +103,14 @@ def whole_scan(room: VirtualRoom) -> VirtualScan:
 
 
 def lattice(corners: np.ndarray) -> np.ndarray:
-    """Return points (N, 3) a pitch apart over the axis-aligned rectangle that corners (4, 3) span."""
+    """Return a grid of points (N, 3) over the axis-aligned rectangle that corners (4, 3) span."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     steps = [np.linspace(a, b, int(np.ceil((b - a) / SHELL_PITCH)) + 1) for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def seen_scan(room: VirtualRoom, views: int, kinect: Kinect, rng: np.random.Generator) -> VirtualScan:
-    """Return what Kinects see from places all round the room, fused by their true poses."""
+    """Return the views of Kinects from places all around the room, fused by their true poses."""
     surfaces = Surfaces(room.meshes())
     poses = viewpoints(room, surfaces, views, kinect, rng)
     seen = [photograph(surfaces, pose, kinect, rng).points() for pose in poses]
@@ -121,10 +121,10 @@ def seen_scan(room: VirtualRoom, views: int, kinect: Kinect, rng: np.random.Gene
 def viewpoints(
     room: VirtualRoom, surfaces: Surfaces, views: int, kinect: Kinect, rng: np.random.Generator
 ) -> list[np.ndarray]:
-    """Return camera poses at even angles round the room's middle, each where it sees most objects.
+    """Return camera poses in even sectors around the room's middle, each where it sees most objects.
 
-    A camera stands at eye height near a wall, away from objects, and looks at the middle. In each of the even
-    sectors a few places are tried: a person would not hold the sensor behind a wardrobe either.
+    A camera is at eye height near a wall, away from objects, and looks at the middle. A few places are tried in each
+    sector, since a person would not hold the sensor behind a wardrobe either.
     """
     start = rng.uniform(0, 2 * np.pi)
     poses = []
@@ -147,7 +147,7 @@ def pose_at(room: VirtualRoom, angle: float) -> np.ndarray:
 
 
 def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
-    """Return how many objects a pose sees at least a little of, by a coarse image."""
+    """Return how many objects are visible from a pose, in a coarse image."""
     coarse = Kinect(width=64, height=48, field_of_view_deg=kinect.field_of_view_deg)
     _, labels, _ = surfaces.first_hits(pose[:3, 3], coarse.directions() @ pose[:3, :3].T)
     return len(np.unique(labels[labels > FLOOR]))
@@ -162,11 +162,9 @@ def scan_room(
     sensor: Kinect = KINECT,
 ) -> VirtualScan:
     """Return the scan of a room, by a number of views or of whole surfaces; reproducible for the same arguments."""
-    number = int(room.name.rpartition("_")[2])
-    rng = np.random.default_rng([seed, number, views or 0])
-    if views is None:
-        return resolution.of(whole_scan(room), rng)
-    return resolution.of(seen_scan(room, views, sensor.noisy(noise), rng), rng)
+    rng = np.random.default_rng([seed, int(room.name.rpartition("_")[2]), views or 0])
+    scan = whole_scan(room) if views is None else seen_scan(room, views, sensor.noisy(noise), rng)
+    return resolution.of(scan, rng)
 
 
 def parse_views(text: str) -> int | None:
@@ -185,24 +183,23 @@ def parse_views(text: str) -> int | None:
 
 
 _NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large objects
-_DOWN_DEG = (18.0, 55.0)  # that it looks down by
-_ASIDE = 0.4  # metres that it looks past the object's middle, as much as that
+_DOWN_DEG = (18.0, 55.0)  # by which it looks down
+_ASIDE = 0.4  # metres by which it looks past the object's middle, at most
 _TRIED = 12  # places of the camera
 _LOWEST = 0.4  # metres above the floor
 
 
 def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT) -> Iterator[VirtualScan]:
-    """Yield single views of a room, each of one of its objects from close up; reproducible for the same arguments.
+    """Yield single views of a room, each of one object from close up; reproducible for the same arguments.
 
     Parameters
     ----------
     room : VirtualRoom
     count : int
     noise : float
-        Times a Kinect's.
+        As a multiple of the sensor's.
     seed : int
     sensor : Kinect
-        Whose noise is that.
     """
     rng = np.random.default_rng([seed, int(room.name.rpartition("_")[2]), count])
     surfaces, kinect = Surfaces(room.meshes()), sensor.noisy(noise)
@@ -215,7 +212,7 @@ def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, sensor: Ki
 
 
 def pose_near(room: VirtualRoom, surfaces: Surfaces, rng: np.random.Generator) -> np.ndarray | None:
-    """Return the pose (4, 4) of a camera that sees one of a room's objects from near by; None if none has room."""
+    """Return the pose (4, 4) of a camera near one of a room's objects, looking at it; None if there is no room."""
     points = room.objects[rng.integers(len(room.objects))].points
     low, high = points.min(axis=0), points.max(axis=0)
     near, far = _NEAR if (high - low).max() <= SMALL else _FAR
@@ -233,8 +230,8 @@ def pose_near(room: VirtualRoom, surfaces: Surfaces, rng: np.random.Generator) -
 def partial_views(scan: VirtualScan, completion: Sequence[str] = DEFAULT) -> Iterator[tuple[int, Cloud]]:
     """Yield the number and the cloud of every object that the scan shows enough of.
 
-    They are perfectly segmented: what is still wrong about their functions is not the segmentation's fault. As
-    training examples they are as one-sided as what recognition meets.
+    They are perfectly segmented, so that errors in their functions are not the segmentation's. As training examples
+    they are as one-sided as the objects in real scans.
 
     Parameters
     ----------

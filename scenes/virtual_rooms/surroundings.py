@@ -1,7 +1,7 @@
-"""What stands about in rooms and is for none of the three functions: beds, shelves, sills, cartons, piles, clutter.
+"""Other contents of rooms, with none of the three functions: beds, shelves, sills, cartons, piles, clutter.
 
-A catalogue of its own, ``surroundings``, from which rooms are made as real ones are (`lived_in`). A bed is sat on as
-well, and a sill carries objects, but neither is called a seat or a table by anybody.
+They are a catalogue of their own, ``surroundings``, from which rooms are made lifelike (`lived_in`). People do sit on
+beds, and a sill carries objects, but nobody would call them a seat or a table.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ BED, SHELF, SILL, CARTON, PILE, CLUTTER = "bed", "open_shelf", "window_sill", "c
 
 
 def bed(rng: Generator, *, width: float) -> trimesh.Trimesh:
-    """Return a made bed: frame, mattress, headboard, pillows, and a blanket that lies uneven; its head to +y."""
+    """Return a made bed: frame, mattress, headboard, pillows, and an uneven blanket; its head to +y."""
     length, level = rng.uniform(1.9, 2.1), rng.uniform(0.4, 0.55)
     width *= rng.uniform(0.95, 1.05)
     frame = box(width, length, level - 0.2, z=0.06)
@@ -44,7 +44,7 @@ def open_shelf(rng: Generator, *, back: bool) -> trimesh.Trimesh:
 
 
 def window_sill(rng: Generator) -> trimesh.Trimesh:
-    """Return a board that sticks out of a wall, on two brackets, below it a strip; its front to -y."""
+    """Return a board that sticks out of a wall on two brackets, with a strip below; its front to -y."""
     width, depth = rng.uniform(1.0, 1.8), rng.uniform(0.18, 0.34)
     board = box(width, depth, 0.03, z=0.12)
     brackets = [box(0.03, 0.6 * depth, 0.12, x=x * 0.35 * width, y=0.2 * depth) for x in (-1, 1)]
@@ -52,12 +52,12 @@ def window_sill(rng: Generator) -> trimesh.Trimesh:
 
 
 def carton(rng: Generator) -> trimesh.Trimesh:
-    """Return a closed carton of the sizes that people move house with."""
+    """Return a closed moving carton."""
     return box(*rng.uniform([0.3, 0.28, 0.25], [0.62, 0.42, 0.55]))
 
 
 def heap(rng: Generator, *, soft: bool) -> trimesh.Trimesh:
-    """Return objects heaped on the floor: clothes and cushions if soft, else boxes and books, at all angles."""
+    """Return a heap on the floor: clothes and cushions if soft, else boxes and books, at random headings."""
     parts, level = [], 0.0
     for share in np.linspace(1.0, 0.45, int(rng.integers(5, 10))):
         width, depth, height = rng.uniform([0.25, 0.2, 0.06], [0.5, 0.4, 0.16]) * [share, share, 1.0]
