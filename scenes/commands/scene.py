@@ -242,7 +242,7 @@ def print_room(scan: Scan, room: Room):
     ]
     none = len(room.objects) - len(table)
     columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-    says = "what objects are for, the score of each function, and in brackets the bar that it has to pass"
+    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
     print_table(f"{scan.name}: {says}", columns, table)
     show(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:

@@ -22,11 +22,11 @@ from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, se
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
-from .judging import RecognitionContext, ScanPart, classify_parts, classify_proposals, is_fragment, surroundings_for
+from .judging import RecognitionContext, classify_parts, classify_proposals, is_fragment, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
-from .room import BARS, ObjectCandidate, Room, SceneObject, choose_objects
+from .room import THRESHOLDS, ObjectCandidate, Room, SceneObject, choose_objects
 
-TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
+TABLE_TOP = "table top"  # `Levelling.source`, and `SceneObject.made_from`
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,7 +34,7 @@ class GroundTop:
     """The table top at z = 0 of the level frame."""
 
     members: np.ndarray  # (K,) int64, ascending, of the scene's points
-    height: float | None  # over the floor, metres; None where nothing tells it
+    height: float | None  # over the floor, metres; None where it is unknown
 
 
 def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) -> GroundTop | None:
@@ -50,9 +50,9 @@ def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) 
 
 
 def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
-    """Return the height of the level frame's z = 0 over that of the scan's, if the latter is a floor's; metres.
+    """Return the height of the level frame's z = 0 over the scan's own z = 0, metres, if the latter is the floor.
 
-    It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
+    It is the floor if the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables have that height.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
     on_floor = levelling.up[2] > np.cos(SCAN.aligned) and lowest + height > -POOL.slab
@@ -60,10 +60,10 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
 
 
 def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContext, number: int) -> SceneObject:
-    """Return the top as an object, classified as a whole sheet: what stands on it hides the rest.
+    """Return the top as an object, classified as a whole sheet, since objects on it hide parts of it.
 
-    Spheres fall on the convex outline of what is seen, at its height over the floor, or at the usual one of tables
-    where nothing tells it. ``number`` is its id.
+    Spheres fall on the convex outline of the visible part, at its height over the floor, or at the usual height of
+    tables if that is unknown. ``number`` is its id.
     """
     from scipy.spatial import ConvexHull
 
@@ -71,9 +71,8 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     height = RECOGNITION.usual_height if top.height is None else top.height
     box = bounding_box(members)
     sheet = sheet_within(ConvexHull(members[:, :2]), *corners_of(members), 0.0)
-    proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
-    alone = replace(context, completion=(), surroundings=None)
-    functions = classify_parts([ScanPart(proposal, sheet, bounding_box(sheet))], alone)[0]
+    proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=bounding_box(sheet))
+    functions = classify_parts([proposal], [sheet], replace(context, completion=(), surroundings=None))[0]
     return SceneObject(
         id=number,
         points=members,
@@ -87,7 +86,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
 
 
 def compile_kernels():
-    """Have the kernels of clusters and smoothing compiled, or loaded, so that stages are timed without that."""
+    """Compile or load the kernels of clusters and smoothing, so that the times of stages do not include it."""
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
     crowded(few, 0.02)
@@ -96,7 +95,7 @@ def compile_kernels():
     euclidean_clusters(few, 0.02)
 
 
-# Products of a few hundred thousand points with three numbers each: more threads wait longer than they compute.
+# More threads would spend more time waiting than computing, in products of a few hundred thousand points.
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def recognise(
     scan: Scan,
@@ -107,13 +106,13 @@ def recognise(
     completion: Sequence[str] = DEFAULT,
     proposals: Sequence[str] = KINDS,
 ) -> Room:
-    """Find the objects of a scan and tell what each is for.
+    """Find the objects of a scan and classify each.
 
     Parameters
     ----------
     scan : Scan
     model : FunctionModel
-        Trained on whole models, as the paper did, or on scans.
+        Trained on whole models, as in the paper, or on scans.
     up : str
         See `levelling.level`.
     settings : Segmentation
@@ -136,9 +135,9 @@ def recognise(
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
-    bars = None if model.run_limit.drops is None else BARS  # cubes' votes are no probabilities
+    thresholds = None if model.run_limit.drops is None else THRESHOLDS  # votes of cubes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
-    context = RecognitionContext(model=model, completion=completion, bars=bars, surroundings=around)
+    context = RecognitionContext(model=model, completion=completion, thresholds=thresholds, surroundings=around)
     candidates = classify_proposals(dense, proposed, context, watch)
     objects = [one for one in choose_objects(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
@@ -157,20 +156,20 @@ def recognise(
         proposals=[scene_object(number, dense, one) for number, one in enumerate(candidates)],
         inferred=inferred,
         stages=watch.seconds,
-        bars=bars,
+        thresholds=thresholds,
     )
 
 
 def recognise_objects(
     points: np.ndarray, labels: np.ndarray, model: FunctionModel, *, completion: Sequence[str] = DEFAULT
 ) -> list[SceneObject]:
-    """Tell what each object of a segmented scan is for.
+    """Classify each object of a segmented scan.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
     labels : (N,) int
-        The object of each point, numbered from 0; below, of none.
+        The object of each point, numbered from 0; negative for points of no object.
     model, completion
         See `recognise`.
     """
@@ -195,7 +194,7 @@ def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) ->
 
 
 def labels_of(objects: Sequence[ObjectCandidate], labels: np.ndarray) -> np.ndarray:
-    """Return the object of each point (N,) int32; what was a cluster and is no object any more is left over."""
+    """Return the object of each point (N,) int32; points of clusters that are no objects are left over."""
     numbered = np.where(labels >= 0, LEFT_OVER, labels).astype(np.int32)
     for number, one in enumerate(objects):
         numbered[one.proposal.members] = number

@@ -1,4 +1,4 @@
-"""What is found in a scan: objects with their functions, and what may be there without being seen."""
+"""The result for a scan: objects with their functions, and objects that are inferred without being seen."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class ClaimThreshold:
     """The score above which a proposal claims a function."""
 
     usual: float
-    by_function: Mapping[str, float] = field(default_factory=dict)  # of those that have another
+    by_function: Mapping[str, float] = field(default_factory=dict)  # where it is another
 
     def of(self, name: str) -> float:
-        """Return a function's."""
+        """Return the threshold of a function."""
         return self.by_function.get(name, self.usual)
 
 
-# Chosen on virtual rooms of objects that the model had not learnt (docs/rooms.md): a cluster that may be a seat mostly
-# is one. For scores that are probabilities.
-BARS = {
+# Chosen on virtual rooms of objects that the model had not learnt (docs/rooms.md): most clusters that may be a seat are
+# one. For scores that are probabilities.
+THRESHOLDS = {
     CLUSTERS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55, "sittable": 0.4}),
     POOLS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55}),
 }
@@ -37,7 +37,7 @@ BARS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ObjectCandidate:
-    """A proposal and what was said of it."""
+    """A proposal with its memberships."""
 
     proposal: Proposal
     functions: dict[str, Membership]
@@ -51,31 +51,31 @@ class ObjectCandidate:
 
     @property
     def score(self) -> float:
-        """Of the function that it has most surely, 0 of none."""
+        """The best score of the functions that it has, 0 without any."""
         return max((membership.score for membership in self.functions.values() if membership.member), default=0.0)
 
     def taking(self, members: np.ndarray) -> ObjectCandidate:
-        """Return it with other points."""
+        """Return the candidate with other points."""
         box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
         return replace(self, proposal=replace(self.proposal, members=members, box=box))
 
 
-def candidate_with_claims(functions: dict[str, Membership], bar: ClaimThreshold) -> dict[str, Membership]:
-    """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
-    return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
+def with_claims(functions: dict[str, Membership], threshold: ClaimThreshold) -> dict[str, Membership]:
+    """Return memberships in which those functions are claimed whose scores are above the threshold."""
+    return {name: replace(one, member=one.score > threshold.of(name)) for name, one in functions.items()}
 
 
 def choose_objects(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
-    """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
+    """Return the candidates that are objects, each with points of its own, the one of most points first.
 
-    Of claims of the same object the surest stays. What claims nothing is an object if it is a cluster of which claims
-    leave enough. Points that several objects hold are the smallest one's: a cup's, not the table's.
+    Of several claims of the same object the surest stays. A cluster without a claim is an object if claims leave enough
+    of it. Points that several objects share belong to the smallest: to a cup, not to its table.
 
     Parameters
     ----------
-    candidates : sequence of Candidate
+    candidates : sequence of ObjectCandidate
     least : int
-        Points that an object keeps at least.
+        The least number of points of an object.
     """
     claims: list[ObjectCandidate] = []
     for candidate in sorted((one for one in candidates if one.claimed), key=claim_order):
@@ -90,7 +90,7 @@ def choose_objects(candidates: Sequence[ObjectCandidate], least: int) -> list[Ob
 
 
 def standing(candidates: Sequence[ObjectCandidate], claims: Sequence[ObjectCandidate]) -> list[ObjectCandidate]:
-    """Return what claims nothing and stands apart on a table, the largest first, where it is the same as no claim."""
+    """Return candidates without a function that stand apart on a table and are no claimed object, the largest first."""
     apart: list[ObjectCandidate] = []
     for one in sorted(candidates, key=lambda one: -len(one.proposal.members)):
         if one.proposal.on_top and not one.claimed and not any(is_same_object(one, other) for other in claims):
@@ -100,10 +100,10 @@ def standing(candidates: Sequence[ObjectCandidate], claims: Sequence[ObjectCandi
 
 
 def claim_order(one: ObjectCandidate) -> tuple[int, bool, int, int]:
-    """Return what claims of one object are ordered by: nearly equal scores leave it to clusters, and to the larger one.
+    """Return the sort key of claims: by score, where it is nearly equal clusters first, then the larger claim.
 
-    A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
-    as of a sofa one of two seats, which is classified as surely as the whole.
+    A cluster that holds several objects has lower scores than the pools in it. A pool may hold half an object, such as
+    one of a sofa's two seats, with the same score as the whole.
     """
     return -round(one.score / RECOGNITION.nearly), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
@@ -120,7 +120,7 @@ def is_same_object(one: ObjectCandidate, other: ObjectCandidate) -> bool:
 
 
 def with_cluster_points(claim: ObjectCandidate, clusters: Sequence[ObjectCandidate]) -> ObjectCandidate:
-    """Return a pool's claim with the points of the cluster that it is, if it is one: of it, more was seen."""
+    """Return a pool's claim with all points of the cluster that is the same object, if there is one."""
     if claim.proposal.by == CLUSTERS:
         return claim
     for cluster in clusters:
@@ -141,20 +141,16 @@ def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> f
 
 
 def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
-    """Return candidates with the points that no smaller one holds, those of most points first; too few are none."""
-    order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
-    last = max(
-        (candidate.proposal.members[-1] for candidate in candidates if len(candidate.proposal.members)), default=-1
-    )
-    taken = np.zeros(last + 1, bool)
-    left = []
-    for k in order:
-        members = candidates[k].proposal.members
+    """Return candidates without points that a smaller one holds, the one of most points first; too few are left out."""
+    last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
+    taken, left = np.zeros(last + 1, bool), []
+    for one in sorted(candidates, key=lambda one: len(one.proposal.members)):
+        members = one.proposal.members
         free = members[~taken[members]]
         taken[free] = True
         if len(free) >= least:
-            left.append(candidates[k].taking(free))
-    return sorted(left, key=lambda candidate: (-len(candidate.proposal.members), candidate.place))
+            left.append(one.taking(free))
+    return sorted(left, key=lambda one: (-len(one.proposal.members), one.place))
 
 
 FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"
@@ -168,12 +164,12 @@ class SceneObject:
     id: int  # its label in `Room.labels`
     points: np.ndarray  # (N, 3) float64, metres, level frame; of a scan of many points, thinned
     support: float  # the height it stands on, metres
-    box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
-    fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
+    box: Box  # in the level frame, down to the support, since legs may not be seen
+    fragment: bool  # small, and carried by nothing: a part of an object that is not seen whole
     functions: dict[str, Membership]
     proposed_by: str = CLUSTERS  # or "pools"
     made_from: str | None = None  # "table top": the support that serves as ground
-    height: float | None = None  # of such a top over the floor, metres; None: nothing tells it
+    height: float | None = None  # of such a top over the floor, metres; None: unknown
 
     @property
     def members(self) -> frozenset[str]:
@@ -182,14 +178,14 @@ class SceneObject:
 
     @property
     def main_function(self) -> str | None:
-        """The function of the best score that it has, None for none."""
-        scores = {name: membership.score for name, membership in self.functions.items() if membership.member}
-        return max(scores, key=scores.get) if scores else None
+        """The function with the best score of those that it has; None if it has none."""
+        claimed = [name for name, membership in self.functions.items() if membership.member]
+        return max(claimed, key=lambda name: self.functions[name].score, default=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InferredObject:
-    """An object that was not seen, but has its place; see `inferring`."""
+    """An object whose place is known though it was not seen; see `inferring`."""
 
     function: str
     box: Box  # level frame: as deep as a chair, from the floor to the back's top
@@ -199,29 +195,30 @@ class InferredObject:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Room:
-    """What was found in a scan."""
+    """The objects of a scan, and what else was found in it."""
 
     levelling: Levelling
     labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
     objects: list[SceneObject]
-    proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
+    proposals: list[SceneObject] = field(default_factory=list)  # all that were classified, overlapping ones too
     inferred: list[InferredObject] = field(default_factory=list)  # not seen, and not counted among the objects
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
-    bars: Mapping[str, ClaimThreshold] | None = None  # by what proposed an object; None: the model's own
+    thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
 
     @property
     def function_names(self) -> list[str]:
-        """The functions that objects were asked for; none without objects."""
+        """The functions that objects can have; none without objects."""
         return list(self.objects[0].functions) if self.objects else []
 
-    def bar(self, item: SceneObject, function: str) -> float:
-        """Return the score that an object had to pass to have a function."""
-        return THRESHOLD if self.bars is None else self.bars[item.proposed_by].of(function)
+    def threshold(self, item: SceneObject, function: str) -> float:
+        """Return the score that an object had to exceed to have a function."""
+        return THRESHOLD if self.thresholds is None else self.thresholds[item.proposed_by].of(function)
 
     def reasons(self, item: SceneObject) -> list[str]:
         """Return a sentence for each function that an object has."""
+        by = item.proposed_by
         return [
-            f"{name} {one.score:.2f}: above the {self.bar(item, name):.2f} asked of what {item.proposed_by} propose"
+            f"{name} {one.score:.2f}: above the {self.threshold(item, name):.2f} asked of what {by} propose"
             for name, one in item.functions.items()
             if one.member
         ]
@@ -235,7 +232,7 @@ class Room:
         return [*doubts, ASSUMED] if self.levelling.source == "assumed" else doubts
 
     def box_in_scan(self, box: Box) -> Box:
-        """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""
+        """Return a box of the level frame in the scan's frame; it is exact only if that is level too."""
         center = self.levelling.to_scan(box.center[None])[0]
         x = box.axes[0] @ self.levelling.T_level_scan[:3, :3]
         return Box(center=center, size=box.size, yaw=float(np.arctan2(x[1], x[0])))

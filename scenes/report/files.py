@@ -24,8 +24,8 @@ from .picture import best_azimuth, function_colour, point_colours
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
 PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
 WHY_LOW = (
-    "The bars were chosen in rooms whose objects the model had not learnt. That of seats is low because most clusters "
-    "with an unsure score for it were seats."
+    "The thresholds were chosen in rooms whose objects the model had not learnt. That of seats is low because most "
+    "clusters with an unsure score for it were seats."
 )
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
@@ -82,15 +82,15 @@ def room_data(scan: Scan, room: Room) -> dict[str, object]:
 
 
 def score_text(room: Room, item: SceneObject, function: str) -> str:
-    """Return the score of one function of an object, and the bar that it had to pass."""
-    return f"{item.functions[function].score:.2f} ({room.bar(item, function):.2f})"
+    """Return the score of one function of an object, and the threshold that it had to exceed."""
+    return f"{item.functions[function].score:.2f} ({room.threshold(item, function):.2f})"
 
 
 def objects_html(room: Room) -> str:
     """Return the tables of the objects: those with a function, and folded those without."""
     having = [item for item in room.objects if item.main_function is not None]
     others = [item for item in room.objects if item.main_function is None]
-    parts = [f"<p>{escape(bars_text(room))}</p>"] if room.objects else []
+    parts = [f"<p>{escape(thresholds_text(room))}</p>"] if room.objects else []
     parts += [objects_table(room, having)] if having else []
     if others:
         count = f"{len(others)} {'others' if having else 'objects'} without a function"
@@ -98,19 +98,19 @@ def objects_html(room: Room) -> str:
     return f'<div class="display display-details">{"".join(parts)}</div>'
 
 
-def bars_text(room: Room) -> str:
-    """Return from which score on an object has a function, and that this depends on the function."""
+def thresholds_text(room: Room) -> str:
+    """Return a sentence with the threshold of each function, and why they differ."""
     proposed = {item.proposed_by: item for item in room.objects}
     texts = {
-        by: ", ".join(f"{name} {room.bar(proposed[by], name):.2f}" for name in room.function_names)
+        by: ", ".join(f"{name} {room.threshold(proposed[by], name):.2f}" for name in room.function_names)
         for by in sorted(proposed)
     }
     if len(set(texts.values())) == 1:
-        bars = next(iter(texts.values()))
+        [values] = set(texts.values())
     else:
-        bars = "; ".join(f"{bars} of {PROPOSED.get(by, by)}" for by, bars in texts.items())
-    text = f"A score counts as yes if it is above the bar of its function, in brackets: {bars}."
-    return text if room.bars is None else f"{text} {WHY_LOW}"
+        values = "; ".join(f"{text} of {PROPOSED.get(by, by)}" for by, text in texts.items())
+    text = f"A score counts as yes if it is above the threshold of its function, in brackets: {values}."
+    return text if room.thresholds is None else f"{text} {WHY_LOW}"
 
 
 def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
@@ -191,9 +191,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         "fragment": item.fragment,
         "proposed_by": item.proposed_by,
         **({} if item.made_from is None else {"from": item.made_from, "height": item.height}),
-        "functions": {
-            name: asdict(membership) | {"bar": room.bar(item, name)} for name, membership in item.functions.items()
-        },
+        "functions": {name: asdict(one) | {"bar": room.threshold(item, name)} for name, one in item.functions.items()},
         "unsure": bool(doubts),
         "reasons": [*room.reasons(item), *doubts],
     }

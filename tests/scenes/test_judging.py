@@ -1,4 +1,4 @@
-"""What is said of proposals: by whom, above which bars, and by what surrounds them."""
+"""What is said of proposals: by whom, above which thresholds, and by what surrounds them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, classify_proposals, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
-from spherefunc_bullet.scenes.recognition.room import BARS
+from spherefunc_bullet.scenes.recognition.room import THRESHOLDS
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -52,7 +52,7 @@ def proposal(by: str) -> Proposal:
 
 
 def test_each_kind_has_its_bar():
-    context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), bars=BARS)
+    context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), thresholds=THRESHOLDS)
     answer = classify_proposals(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
     assert [one.functions["sittable"].member for one in answer] == [True, False]
 

@@ -11,7 +11,7 @@ import pytest
 from browser import CHROMIUM, FLAGS, needs_browser
 
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.scenes.recognition.room import BARS, Room, SceneObject
+from spherefunc_bullet.scenes.recognition.room import THRESHOLDS, Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -52,7 +52,9 @@ def crowded() -> tuple[Scan, Room]:
     points = np.vstack([item.points for item in objects])
     labels = np.repeat(np.arange(12, dtype=np.int32), 200)
     levelling = Levelling(T_level_scan=np.eye(4), source="floor", floor_seen=True, noise=0.001)
-    return Scan(name="shelf", points=points), Room(levelling=levelling, labels=labels, objects=objects, bars=BARS)
+    return Scan(name="shelf", points=points), Room(
+        levelling=levelling, labels=labels, objects=objects, thresholds=THRESHOLDS
+    )
 
 
 @needs_browser
@@ -76,7 +78,7 @@ def test_the_bar_of_each_function_stands_beside_its_score():
     scan, room = crowded()
     first, second = room_json(scan, room)["objects"][:2]
     assert [one["functions"]["sittable"]["bar"] for one in (first, second)] == [
-        BARS[by].of("sittable") for by in ("clusters", "pools")
+        THRESHOLDS[by].of("sittable") for by in ("clusters", "pools")
     ]
     assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.55}
     page = room_page(scan, room)
