@@ -1,4 +1,4 @@
-"""Recognition: objects of a scan completed, dropped on, and classified (paper, §IV-C, Fig. 6).
+"""Recognition: objects of a scan are completed, spheres are dropped on them, and they are classified (paper, §IV-C).
 
 May import `scans`, `segmentation` and the shared stack.
 """

@@ -1,4 +1,4 @@
-"""What a scan did not see of an object, added by guesses that can be chosen (paper, §IV-C: cups lack their bottom)."""
+"""Completion: unseen parts of an object are added by guesses, in steps to choose (paper, §IV-C: cups lack bottoms)."""
 
 from __future__ import annotations
 
@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 
 def smoothed(points: np.ndarray) -> np.ndarray:
-    """Return the thinned points (M, 3), each moved along the normal onto the plane through its neighbours, metres.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres
-    """
+    """Return thinned points (M, 3), each moved along the normal onto the plane through its neighbours, metres."""
     thinned = cells(points, POOL.spacing)
     places, counts = thinned.means, thinned.counts.astype(float)
     radius = RECOGNITION.smooth_radius
@@ -47,15 +42,15 @@ def project(points, counts, keys, start, radius, moved):
     points : (N, 3) float64, metres
         Sorted by the cell of a grid as wide as the radius.
     counts : (N,) float64
-        How much each point counts.
+        The weight of each point.
     keys : (C,) int64
         Of the cells, ascending, as `cells` packs them.
     start : (C + 1,) int64
-        The first point of each cell, and the number of all.
+        The first point of each cell, and the number of all points.
     radius : float
         Metres.
     moved : (N, 3) float64, metres
-        Receives the points.
+        Receives the moved points.
     """
     columns = np.zeros((9, 2), np.int64)
     for cell in range(len(keys)):
@@ -85,18 +80,18 @@ def moments(points, counts, start, columns, radius, i):
     return mean, spread - np.outer(mean, mean)
 
 
-TOP = "top"  # done where the pool is known that an object carries, see `pools.tops`
+TOP = "top"  # for objects that carry a known pool, see `pools.tops`
 STEPS = ("smooth", "top", "bottom", "sides", "mirror")
 DEFAULT = ("smooth", "top", "bottom", "mirror")
 
 
 def steps_of(text: str | None) -> tuple[str, ...]:
-    """Return the steps of a comma-separated list, none of ``none``, the default ones without a list.
+    """Return the steps of a comma-separated list; ``none`` is without steps, None the default ones.
 
     Raises
     ------
     InputError
-        If one of them is none.
+        If there is no such step.
 
     Examples
     --------
@@ -111,29 +106,29 @@ def steps_of(text: str | None) -> tuple[str, ...]:
 
 
 def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0) -> np.ndarray:
-    """Return an object's points with those that its scan has not seen, as far as they can be guessed.
+    """Return an object's points with guesses of those that its scan has not seen.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
         Of one object.
     steps : sequence of {"smooth", "top", "bottom", "sides", "mirror"}
-        ``smooth`` takes the sensor's scatter off what is small enough to be a vessel, which it would fill;
-        ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
-        ``sides`` continues upright outlines down to the support; ``mirror`` adds a large object's mirror images
-        about the middle planes of its box, those that it mostly agrees with.
+        ``smooth`` removes the sensor's noise from objects small enough to be a vessel, which it would fill; ``bottom``
+        closes the foot of an object on the support with a flat sheet, as the paper suggests for cups; ``sides``
+        continues upright outlines down to the support; ``mirror`` adds mirror images of a large object about the middle
+        planes of its box, if it mostly agrees with them.
     support : float
-        The height that the object stands on, metres.
+        The height of the object's support, metres.
 
     Returns
     -------
     (M, 3) float64, metres
-        The points, smoothed if asked, then those added.
+        The points, smoothed or not, followed by those added.
     """
     small = np.ptp(corners_of(points), axis=0).max() <= SEGMENTATION.large
     if "smooth" in steps and small:
         points = smoothed(points)
-    if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
+    if "mirror" in steps and not small:  # mirror images of a vessel, slightly out of place, would fill it
         points = np.vstack([points, mirrored(points)])
     if "sides" in steps:
         points = np.vstack([points, continued_down(points, support)])
@@ -143,30 +138,28 @@ def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: flo
 
 
 def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
-    """Return a flat sheet (K, 3) at the support below a vessel's outline, and a skirt that its walls reach it by.
+    """Return a flat sheet (K, 3) at the support below a vessel's outline, and walls down to it.
 
-    Only for what is small, stands on sides and not on legs, and has a rim, or a top, all around: a slice of something
-    flat would else become a vessel. The outline is that of the whole object: of a cup seen
-    from one side the lower part of the far wall is hidden, but its rim is seen all around. What the sheet adds beyond
-    a narrower foot lies below the walls, out of reach. The lowest centimetre or two of the walls went with the floor.
+    Only for small objects that stand on sides and not on legs, and have a rim or a top all around: otherwise a slice of
+    something flat would become a vessel. The outline is the whole object's: of a cup seen from one side the lower part
+    of the far wall is hidden, but the rim is seen all around. Parts of the sheet beyond a narrower foot lie below the
+    walls, out of reach. The lowest centimetre or two of the walls were removed with the floor.
     """
-    from scipy.spatial import ConvexHull, QhullError
+    from scipy.spatial import ConvexHull, QhullError, cKDTree
 
     low, high = corners_of(points)
-    lowest, highest = low[2], high[2]
     if (high - low).max() > SEGMENTATION.large or bounding_box(points).size[1] < POOL.narrowest:
         return np.empty((0, 3))
     try:
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
         return np.empty((0, 3))
-    slice_height = RECOGNITION.lower_part * (highest - lowest)
-    outline = points[hull.vertices, :2]
-    lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
-    if min(covered_share(outline, part[:, :2]) for part in (lower, upper)) < RECOGNITION.closed:
-        return np.empty((0, 3))
-    sheet = sheet_within(hull, low, high + POOL.spacing, support)
-    return np.vstack([sheet, continued_down(points, support)])
+    slice_height = RECOGNITION.lower_part * (high[2] - low[2])
+    outline = along_edges(points[hull.vertices, :2], 0.01)
+    for part in (points[points[:, 2] < low[2] + slice_height], points[points[:, 2] > high[2] - slice_height]):
+        if np.mean(cKDTree(part[:, :2]).query(outline)[0] < SCAN.cell) < RECOGNITION.closed:
+            return np.empty((0, 3))
+    return np.vstack([sheet_within(hull, low, high + POOL.spacing, support), continued_down(points, support)])
 
 
 def sheet_within(hull: ConvexHull, low: np.ndarray, high: np.ndarray, height: float) -> np.ndarray:
@@ -175,13 +168,6 @@ def sheet_within(hull: ConvexHull, low: np.ndarray, high: np.ndarray, height: fl
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     return np.column_stack([sheet[inside], np.full(inside.sum(), height)])
-
-
-def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
-    """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
-    from scipy.spatial import cKDTree
-
-    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < SCAN.cell))
 
 
 def continued_down(points: np.ndarray, support: float) -> np.ndarray:
@@ -209,7 +195,7 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
 
 
 def mirrored(points: np.ndarray) -> np.ndarray:
-    """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
+    """Return the points (K, 3) that mirror images about the box's upright middle planes add, if they mostly agree."""
     box = bounding_box(points)
     local = box.to_own(points)
     seen, added = NearPoints(local, SCAN.cell / 2), [np.empty((0, 3))]

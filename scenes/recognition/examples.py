@@ -1,4 +1,4 @@
-"""Training examples as recognition meets them: proposals of a scan whose truth is known, the useless ones too."""
+"""Training examples from scans with known objects: all proposals, also those of no object; and the paper's method."""
 
 from __future__ import annotations
 
@@ -23,31 +23,30 @@ from .completion import DEFAULT
 from .judging import RecognitionContext, classify_proposals, is_fragment, object_cloud
 from .proposals import CLUSTERS, Proposal, Scene, propose
 from .recognition import Room, scene_object
-from .room import ObjectCandidate
 from .surroundings import ScanSurroundings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Example:
-    """A proposal as the spheres meet it, and the object that it overlaps most."""
+    """A completed proposal, and the object that it overlaps most."""
 
     cloud: Cloud
     nearest: int  # number of that object, -1 if it overlaps none
     overlap: float  # their intersection over union
-    by: str  # what proposed it
-    surroundings: np.ndarray  # (S,) what surrounds it, see `surroundings`
+    by: str  # the source of the proposal
+    surroundings: np.ndarray  # (S,) see `surroundings`
 
 
 def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Simulator = "fast") -> Iterator[Example]:
-    """Yield the proposals of a scan, completed as recognition completes them.
+    """Yield the proposals of a scan, completed as in recognition.
 
-    Pools are cut out cautiously: models recognised seats less well when they had learnt objects that are half guessed.
+    Pools are cut out cautiously: models that had learnt half-guessed objects recognised seats less well.
 
     Parameters
     ----------
     points : (N, 3) float64, metres
     truth : (N,) int
-        The object of each point from 0, or below 0 for none.
+        The object of each point from 0, negative for none.
     simulator
         See `propose`.
     """
@@ -60,13 +59,12 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < POOL.min_points:
             continue
-        number, shared = best_object(truth[seen], sizes)
-        points_of = dense[proposal.members]
-        cloud, box = object_cloud(points_of, DEFAULT, proposal.support, proposal.pool)
-        if not is_fragment(points_of, box, proposal.support):
-            nearest = number if shared > 0 else -1
-            surroundings = place.of(points_of, box.size, proposal.support)
-            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by, surroundings=surroundings)
+        number, overlap = best_object(truth[seen], sizes)
+        part = dense[proposal.members]
+        cloud, box = object_cloud(part, DEFAULT, proposal.support, proposal.pool)
+        if not is_fragment(part, box, proposal.support):
+            nearest, around = number if overlap > 0 else -1, place.of(part, box.size, proposal.support)
+            yield Example(cloud=cloud, nearest=nearest, overlap=overlap, by=proposal.by, surroundings=around)
 
 
 def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:
@@ -92,15 +90,15 @@ PAPER = "paper"  # the method's name
 def recognise_as_paper(
     scan: Scan, model: FunctionModel, *, up: str = "auto", settings: Segmentation | None = None
 ) -> Room:
-    """Find the objects of a scan and tell what each is for, as the paper did.
+    """Find the objects of a scan and classify each, as in the paper.
 
-    Walls are clusters like any others, nothing is joined, parted or completed, and every cluster stands on its own
+    Walls are clusters like any others, nothing is joined, divided or completed, and every cluster stands on its own
     lowest point, as models do.
 
     Parameters
     ----------
     scan, up, settings
-        See `recognise`; of the settings, the voxels, the tolerance and the clusters' sizes count.
+        See `recognise`.
     model : FunctionModel
         Learnt from whole models: ``spherefunc train DATA --method paper``.
     """
@@ -110,21 +108,15 @@ def recognise_as_paper(
     points = levelling.to_level(scan.points)
     labels = clusters_over_floor(points, settings)
     watch.lap("clusters")
-    proposals = [
-        Proposal(by=CLUSTERS, members=members, support=float(points[members, 2].min()))
-        for members in members_of(labels)
-    ]
-    objects = [
-        scene_object(number, points, ObjectCandidate(proposal=one.proposal, functions=one.functions, place=number))
-        for number, one in enumerate(
-            classify_proposals(points, proposals, RecognitionContext(model=model, completion=()), watch)
-        )
-    ]
+    parts = [(members, float(points[members, 2].min())) for members in members_of(labels)]
+    proposals = [Proposal(by=CLUSTERS, members=members, support=lowest) for members, lowest in parts]
+    found = classify_proposals(points, proposals, RecognitionContext(model=model, completion=()), watch)
+    objects = [scene_object(number, points, one) for number, one in enumerate(found)]
     return Room(levelling=levelling, labels=labels, objects=objects, proposals=objects, stages=watch.seconds)
 
 
 def clusters_over_floor(points: np.ndarray, settings: Segmentation) -> np.ndarray:
-    """Return the label (N,) int32 of each point (N, 3): its cluster's number, -1 floor, -3 too few or below it."""
+    """Return the label (N,) int32 of each point (N, 3): its cluster's number, -1 floor, -3 too small or below it."""
     voxels = cells(points, settings.leaf_size)
     labels = np.full(len(voxels.keys), LEFT_OVER, np.int32)
     labels[is_floor(voxels.means, None)] = FLOOR

@@ -1,6 +1,7 @@
-"""Seats that nobody sees: a back that stands at a table's edge has a seat below the table, as far as one can tell.
+"""Unseen seats: an upright back at a table's edge probably has a seat below the table.
 
-No sphere rests on a back, so this is no finding of the method. It is reported apart, with its reason, and not counted.
+No sphere rests on a back, so such a seat is inferred and not found. It is reported separately with its reason, and not
+counted.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ SEAT, TABLE = "sittable", "table"  # the functions
 
 
 def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[InferredObject]:
-    """Return the seats whose backs stand at the edges of tables and are of no object with a function.
+    """Return the seats whose backs stand at the edges of tables and belong to no object with a function.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
     labels : (N,) int
-        The object of each point from 0, -1 the floor, -2 walls, -3 what is left over.
+        The object of each point from 0, -1 the floor, -2 walls, -3 points that are left over.
     objects : sequence of SceneObject
     """
     of_use = np.array([bool(item.members) for item in objects] + [False])
@@ -35,7 +36,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
         top = level_of(cells(table.points, SCAN.cell).means, SCAN.cell).height
         edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < POOL.slab])
         beside = free & (points[:, 2] > top - 2 * SCAN.cell)
-        joined = (labels == table.id) & (points[:, 2] > top + SCAN.cell)  # what is one cluster with the table
+        joined = (labels == table.id) & (points[:, 2] > top + SCAN.cell)  # in one cluster with the table
         for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
             if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > RECOGNITION.tucked_depth for other in taken):
@@ -45,7 +46,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
 
 
 def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
-    """Return the boxes of the backs among points (N, 3) that rise at a table's edge, its top at a height in metres."""
+    """Return the boxes of the backs among points (N, 3) at the edge of a table whose top has a height in metres."""
     beside = beyond_edge(points, table)
     around = (beside > -2 * SCAN.cell) & (beside < RECOGNITION.tucked_reach) & (points[:, 2] < POOL.highest)
     if not around.any():
@@ -72,7 +73,7 @@ def is_back(box: Box, top: float) -> bool:
 
 
 def seat_of(back: Box, table: SceneObject) -> Box:
-    """Return the box of the chair whose back is seen: from there towards the table's middle, down to the floor."""
+    """Return the box of the chair whose back is seen: from the back towards the table, down to the floor."""
     across = back.axes[1, :2]
     toward = across if across @ (table.box.center[:2] - back.center[:2]) > 0 else -across
     height, depth = back.center[2] + back.size[2] / 2, RECOGNITION.tucked_depth
@@ -81,7 +82,7 @@ def seat_of(back: Box, table: SceneObject) -> Box:
 
 
 def reason_of(back: Box, table: SceneObject) -> str:
-    """Return why there may be a seat, in words."""
+    """Return the reason for an inferred seat, as a text."""
     height = back.center[2] + back.size[2] / 2
     return (
         f"an upright back {100 * back.size[0]:.0f} cm wide and {100 * height:.0f} cm high stands at the edge of table "

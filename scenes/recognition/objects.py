@@ -38,23 +38,23 @@ if TYPE_CHECKING:
 class FoundObject:
     """One object of a scan."""
 
-    functions: frozenset[str]  # that it has; empty for none
+    functions: frozenset[str]  # that it has; empty if it has none
     scores: dict[str, float]  # of each function, 0 to 1
     box: Box  # upright; in the scan's frame, if that is level
     corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the scan's frame, level or not
     points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
     unsure: bool = False  # the last reasons say why
     reasons: tuple[str, ...] = ()  # sentences
-    inferred: bool = False  # not seen, but it has its place: it has no points and no scores
+    inferred: bool = False  # not seen, but inferred: without points and scores
     find: Callable[[], Sequence[Place]] = field(default=tuple, repr=False)
 
     @cached_property
     def places(self) -> tuple[Place, ...]:
-        """Where and how it can be used, in the scan's frame, metres; looked for when first asked for."""
+        """Where and how it can be used, in the scan's frame, metres; computed on first access."""
         return tuple(self.find())
 
     def __getstate__(self) -> dict[str, object]:
-        """Return what is pickled: with its places, without the scan."""
+        """Return the state to pickle: with the places, without the scan."""
         return {**self.__dict__, "places": self.places, "find": tuple}
 
 
@@ -71,7 +71,7 @@ def find_objects(
     depth_scale: float = 1000.0,
     inferred: bool = False,
 ) -> list[FoundObject]:
-    """Find the objects of a scanned room or table top, and say what each is for (paper, §IV-C).
+    """Find the objects of a scanned room or table top, and classify each (paper, §IV-C).
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def find_objects(
     depth_scale : float
         Depth values per metre, for depth images of integers.
     inferred : bool
-        Whether to add, after all others, objects that are not seen but have their place, such as a chair at a table.
+        Whether to append objects that are inferred and not seen, such as a chair pushed under a table.
 
     Returns
     -------
     list of FoundObject
-        Those of no function too.
+        Including those without a function.
 
     Raises
     ------
@@ -106,26 +106,25 @@ def find_objects(
     """
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
     if is_depth_image(scan, intrinsics):
-        image, camera, colors = (
-            Path(entry).expanduser() if isinstance(entry, str) else entry for entry in (scan, intrinsics, color)
-        )
+        given = (scan, intrinsics, color)
+        image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
         whole = load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
     else:
         whole = as_scan(scan, units)
     room = recognise(whole, inference_model(shipped, backend), up=up, settings=settings)
     places = cache(partial(room_places, whole, room))
     found = [found_object(item, room, whole, lambda own=item.id: places().get(own, ())) for item in room.objects]
-    unseen = [
-        inferred_object(
-            item, room, lambda own=number: [entry for entry in places()[None] if entry.kind == "sit"][own:][:1]
-        )
-        for number, item in enumerate(room.inferred)
-    ]
-    return found + unseen if inferred else found
+    if not inferred:
+        return found
+
+    def seat(number: int) -> list[Place]:
+        return [place for place in places()[None] if place.kind == "sit"][number:][:1]
+
+    return found + [inferred_object(item, room, partial(seat, number)) for number, item in enumerate(room.inferred)]
 
 
 def is_depth_image(anything: Anything, intrinsics: object) -> bool:
-    """Return whether a scan is a depth image: a file of such, or an array (H, W) that comes with its camera."""
+    """Return whether a scan is a depth image: an image file, or an array (H, W) that comes with its camera."""
     if isinstance(anything, str | Path):
         suffix = Path(anything).suffix.lower()
         return suffix in IMAGES and (suffix != ".npy" or intrinsics is not None)
@@ -144,7 +143,7 @@ def as_scan(anything: Anything, units: str = "auto") -> Scan:
 
 
 def inferred_object(item: InferredObject, room: Room, find: Callable[[], Sequence[Place]]) -> FoundObject:
-    """Return what was not seen, in the frame of the scan."""
+    """Return an inferred object in the frame of the scan."""
     return FoundObject(
         functions=frozenset([item.function]),
         scores={},
@@ -198,22 +197,22 @@ def find_places(
     anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud
         An object, or a room or a table top with ``scan``.
     put : the same, optional
-        An object for which poses are looked for; it stands as it comes, z up, in metres.
+        An object for which poses are computed; it stands as it is in its file, z up, in metres.
     prove : bool
-        Whether places are used by rigid bodies; scores know what became of that.
+        Whether the places are tested by rigid bodies; the result changes their scores.
     person : float, metres
-        How tall a sitter is.
+        Height of a sitter.
     backend : str, optional
-        Who proves; by default ``bullet``.
+        The simulator that tests places; by default ``bullet``.
     scores : mapping, optional
-        Of each function, as `classify` gives them; by default the model that ships is asked.
+        Of each function, as `classify` returns them; by default those of the model that ships.
     units, up
         See `classify`.
     seed : int
         Of the stream that is poured.
     scan : bool
-        Whether it is a scan of several objects, read as `find_objects` does: places on what the sensor saw. They are
-        proposed, not proven; `find_objects` says which are of which object.
+        Whether it is a scan of several objects, read as by `find_objects`: places on visible surfaces. They are
+        proposed, not proven; `find_objects` assigns them to objects.
 
     Returns
     -------
@@ -256,7 +255,7 @@ def places_in_room(
 ) -> dict[int | None, list[Place]]:
     """Return the places of each object of a room by its id, and under None those that are on none.
 
-    Poses are from the frame in which the object that is put came, in metres.
+    Poses are relative to the frame of the put object's file, in metres.
     """
     put_cloud, frame = (None, None) if put is None else cloud_and_frame(put)
     found = room_places(scan, room, put_cloud, person)
@@ -266,14 +265,14 @@ def places_in_room(
 
 
 def scores_of(cloud: Cloud) -> dict[str, float]:
-    """Return what the model that ships says of an object."""
+    """Return the scores of an object by the model that ships."""
     from spherefunc_bullet.answer import classify
 
     return classify(cloud, explain=False).scores
 
 
 def with_poses_of(place: Place, frame: Similarity) -> Place:
-    """Return a place whose poses are from the frame in which the object that is put came, in metres."""
+    """Return a place whose poses are relative to the frame of the put object's file, in metres."""
     undo = np.eye(4)
     undo[:3, :3] = frame.rotation.T
     undo[:3, 3] = -frame.rotation.T @ frame.shift / frame.scale

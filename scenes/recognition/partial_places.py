@@ -1,6 +1,7 @@
-"""Places on objects that were seen in part: where spheres stayed in a hollow, and the middle of a level.
+"""Places on partly seen objects: where spheres rest in a hollow, and the middle of a level.
 
-A sitter's template and a flood of water want whole surfaces. A view shows half of a mug, and a seat under a table.
+A sitter's template and flooding with water need whole surfaces, but a view may show half of a mug, or a seat under a
+table.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ _UNSEEN = "to be pulled out from under its table"
 
 
 def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
-    """Return the middle of the level that an object carries where it is sat on or put on; None without room for a disc.
+    """Return the place in the middle of an object's level, to sit or to put; None without room for a disc.
 
     Parameters
     ----------
     kind : {"sit", "put"}
     around : (N, 3) float64, metres, level frame
-        The scene: where it reaches over the level nothing is put. One sits on a chair that is pushed under a table too.
+        The scene: places to put are only where nothing is above the level; places to sit are also under a table.
     """
     voxels = cells(item.points, SEGMENTATION.leaf_size).means
     if kind == "sit":
@@ -78,7 +79,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
 
 
 def covered(surface: HeightMap, points: np.ndarray, height: float) -> np.ndarray:
-    """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
+    """Return the squares (X, Y) bool of a surface with points (N, 3) above them within a hand's reach."""
     over = points[(points[:, 2] > height + POOL.slab) & (points[:, 2] < height + GAP)]
     places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
     hidden = np.zeros(surface.heights.shape, bool)
@@ -87,9 +88,9 @@ def covered(surface: HeightMap, points: np.ndarray, height: float) -> np.ndarray
 
 
 def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:
-    """Return where small spheres stay in an object with a wall around them in most directions: there one can pour.
+    """Return the place to pour where small spheres rest in an object with a wall around them in most directions.
 
-    They fall on what was seen, and where they do not stay on that, on the object as recognition completes it.
+    Spheres are dropped on the seen points; if none rest there, on the completed object.
     """
     for points in (item.points, complete(item.points, support=item.support)):
         standing = Top(plane=np.array([0.0, 0.0, item.support]), points=points, indices=np.arange(len(points)))
@@ -100,7 +101,7 @@ def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:
 
 
 def hollow_place(pool: VesselPool) -> Place:
-    """Return a pool as a place to pour; it holds what a cylinder as wide as its walls holds."""
+    """Return a pool as a place to pour; its capacity is that of a cylinder as wide as its walls."""
     angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = pool.center[:2] + pool.reach * np.column_stack([np.cos(angles), np.sin(angles)])
     area = float(np.pi * pool.reach**2)
@@ -123,13 +124,13 @@ def hollow_place(pool: VesselPool) -> Place:
     )
 
 
-SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
+SIMULATOR = "fast"  # whose spheres find the hollows of partly seen vessels
 
 
 def room_places(
     scan: Scan, room: Room, put: Cloud | None = None, person: float = 1.75
 ) -> dict[int | None, list[Place]]:
-    """Return the places of each object by its id, and under None those to put of no object; in the scan's frame."""
+    """Return the places of each object by its id, in the scan's frame; places to put on no object are under None."""
     cloud = Cloud(filled(room.levelling.to_level(scan.points), SEGMENTATION.leaf_size), scan.name)
     found: dict[int | None, list[Place]] = {item.id: object_places(cloud, item, person) for item in room.objects}
     lowest = -POOL.slab if room.levelling.source == "table top" else POOL.lowest
@@ -137,23 +138,24 @@ def room_places(
         found.setdefault(owner_of(place, room), []).append(place)
     for item in room.objects:
         if "table" in item.members and not any(place.kind == "put" for place in found[item.id]):
-            found[item.id] += in_part(item, "put", cloud.points)
+            found[item.id] += filter(None, [level_place(item, "put", cloud.points)])
     if room.inferred:
         low = cloud.points[(cloud.points[:, 2] > SEAT_HEIGHTS[0]) & (cloud.points[:, 2] < SEAT_HEIGHTS[1])]
         found.setdefault(None, []).extend(seat_below(seat, room, low) for seat in room.inferred)
-    back = from_level(room)
+    R = room.levelling.T_level_scan[:3, :3].T
+    back = Similarity(R, 1.0, -R @ room.levelling.T_level_scan[:3, 3])
     return {owner: [place.moved(back) for place in places] for owner, places in found.items() if places}
 
 
 def seat_below(seat: InferredObject, room: Room, points: np.ndarray) -> Place:
-    """Return the place to sit on a chair of which only the back shows at a table; it faces the table.
+    """Return the place to sit on a chair of which only the back is seen at a table; it faces the table.
 
-    It is as high as what was seen of the seat under the table, and as seats are where nothing was.
+    Its height is that of the visible part of the seat under the table, or the usual height of seats.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
-        The scene's as high as seats.
+        Of the scene, at the heights of seats.
     """
     table = next(item for item in room.objects if item.id == seat.table)
     across = seat.box.axes[1, :2]
@@ -185,32 +187,22 @@ def seat_below(seat: InferredObject, room: Room, points: np.ndarray) -> Place:
 
 
 def object_places(room_cloud: Cloud, item: SceneObject, person: float) -> list[Place]:
-    """Return where to sit on and to pour into an object, in the level frame."""
+    """Return the places to sit on and to pour into an object, in the level frame."""
     found = []
     if "sittable" in item.members:
         near = around(room_cloud.points, item)
         lifted = Cloud(near - [0, 0, item.support], room_cloud.name)
         seats = sit_places(seat_surface(lifted), person, 1.0)
-        inside = [place for place in seats if within(place.position, item)]
-        found += [raised(place, item.support) for place in inside] or in_part(item, "sit", room_cloud.points)
+        raised = Similarity(np.eye(3), 1.0, np.array([0.0, 0.0, item.support]))
+        inside = [place.moved(raised) for place in seats if within(place.position, item)]
+        found += inside or filter(None, [level_place(item, "sit", room_cloud.points)])
     if "cup" in item.members and len(item.points) >= 10:
         found += pour_places(Cloud(item.points, room_cloud.name)) or hollow_places(item, SIMULATOR)
-    return [replace(place, score=weighed(place, item)) for place in found]
-
-
-def in_part(item: SceneObject, kind: str, points: np.ndarray) -> list[Place]:
-    """Return the place on the level of an object that was seen in part, where there is room for one."""
-    place = level_place(item, kind, points)
-    return [] if place is None else [place]
-
-
-def weighed(place: Place, item: SceneObject) -> float:
-    """Return the score of a place on an object whose functions are known."""
-    return float(np.sqrt(place.score * item.functions[place.function].score))
+    return [replace(place, score=float(np.sqrt(place.score * item.functions[place.function].score))) for place in found]
 
 
 def around(points: np.ndarray, item: SceneObject) -> np.ndarray:
-    """Return the points (N, 3) on and about an object."""
+    """Return the points (N, 3) on and around an object."""
     low, high = item.points.min(axis=0) - RECOGNITION.around, item.points.max(axis=0) + RECOGNITION.around
     low[2] = item.support - 0.05
     return points[((points >= low) & (points <= high)).all(axis=1)]
@@ -223,21 +215,10 @@ def within(position: np.ndarray, item: SceneObject) -> bool:
 
 
 def owner_of(place: Place, room: Room) -> int | None:
-    """Return the id of the object on which a place is, the smallest; None for none."""
+    """Return the id of the smallest object on which a place is; None if it is on none."""
     on = [
         item
         for item in room.objects
         if within(place.position, item) and item.support - 0.05 <= place.height <= item.points[:, 2].max() + 0.05
     ]
     return min(on, key=lambda item: float(item.box.size[0] * item.box.size[1])).id if on else None
-
-
-def raised(place: Place, height: float) -> Place:
-    """Return a place on an object that stands so high."""
-    return place.moved(Similarity(np.eye(3), 1.0, np.array([0.0, 0.0, height])))
-
-
-def from_level(room: Room) -> Similarity:
-    """Return what takes the level frame to the scan's."""
-    turn = room.levelling.T_level_scan[:3, :3].T
-    return Similarity(turn, 1.0, -turn @ room.levelling.T_level_scan[:3, 3])

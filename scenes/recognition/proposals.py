@@ -1,4 +1,4 @@
-"""What may be an object: clusters of what stands apart, and what belongs to pools of spheres."""
+"""Proposals, which may be objects: separate clusters of points, and the parts that carry or hold pools of spheres."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class Proposal:
     by: str  # "clusters" or "pools"
     members: np.ndarray  # (K,) int64, ascending, of the scene's points
     support: float  # the height that it stands on, metres
-    pool: Pool | None = None  # of large spheres, that it carries
+    pool: Pool | None = None  # of large spheres, which it carries
     box: Box | None = None  # around its points, if known
-    on_top: bool = False  # whether it stands on a top, apart from all else there
+    on_top: bool = False  # whether it stands on a top, apart from everything else there
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """A levelled scan that has fallen into floor, walls and clusters."""
+    """A levelled scan, segmented into floor, walls and clusters."""
 
     points: np.ndarray  # (N, 3) float64, metres, level frame
     labels: np.ndarray  # (N,) int, as `segment` gives them
@@ -47,12 +47,12 @@ class Scene:
 
 
 def kinds_of(text: str | None) -> tuple[str, ...]:
-    """Return the kinds of proposals of a comma-separated list, the default ones without a list.
+    """Return the kinds of proposals of a comma-separated list; all kinds for None.
 
     Raises
     ------
     InputError
-        If one of them is none.
+        If there is no such kind.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def propose(
     seed: int = 0,
     cautious: bool = False,
 ) -> list[Proposal]:
-    """Return what may be an object, clusters in the order of their labels first.
+    """Return the proposals of a scene, clusters first, in the order of their labels.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def propose(
     seed : int
         Of the drops.
     cautious : bool
-        Whether no surface is parted and backs begin near their seats: as in training, where few guesses are better.
+        Whether no surface is divided and backs begin near their seats, as in training, where few guesses are better.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
     for new in pool_proposals(scene, simulator, seed, cautious) if POOLS in kinds else []:
@@ -98,9 +98,9 @@ def propose(
 
 
 def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Proposal]) -> int | None:
-    """Return which other proposal has nearly the same of the points (N, 3) and the same extent; None if none has.
+    """Return which other proposal has nearly the same points, of (N, 3), and the same extent; None if none has.
 
-    The few points of a thin back count: an object with its back is another one than its seat.
+    Extents matter for a thin back, which has few points: an object with its back differs from its seat alone.
     """
     corners = corners_of(points[proposal.members])
     low, high = RECOGNITION.same_points * len(proposal.members), len(proposal.members) / RECOGNITION.same_points
@@ -123,7 +123,7 @@ def shared_points(one: Proposal, other: Proposal) -> int:
 
 
 def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
-    """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
+    """Return the clusters of points (N, 3) by their labels (N,), each on the support right below it."""
     members = members_of(labels)
     parts = [points[rows] for rows in members]
     lows, highs = np.array([corners_of(part) for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
@@ -135,7 +135,8 @@ def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
 def top_below(number: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
     """Return the height of the level top that an object stands on, 0 for the floor, metres.
 
-    What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
+    A support extends at least as far as the object: a table top stands on the floor even if its pillar is a separate
+    cluster.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def top_below(number: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.
 
 
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious: bool) -> list[Proposal]:
-    """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
+    """Return the proposals of pools: surfaces on which large spheres rest, objects on them, and vessels among these."""
     z = scene.points[:, 2]
     solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
     thinned = cells(scene.points[solid], SEGMENTATION.leaf_size)
@@ -186,13 +187,13 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
 
 
 def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:
-    """Return the objects that stand on a top, and the vessels in those of them that are more than one object.
+    """Return the objects that stand on a top, and the vessels in those that are wider than a vessel.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
     own : (M,) int64
-        Which of them the top's indices mean.
+        The points that the top's indices refer to.
     """
     proposed = []
     for members in objects_on(top):

@@ -1,7 +1,7 @@
-"""What surrounds a proposal in its scan: what rises behind it, lies over and under it, or goes on beyond its edge.
+"""Surroundings of a proposal in its scan: what rises behind it, lies above and below it, or continues beyond its edge.
 
-Spheres fall on what was cut out, as if it stood alone. Whether its level goes on beyond the cut, is free on three
-sides, carries something, or has a wall behind it or a top over it, only the scene tells.
+Spheres fall on the proposal as if it stood alone. Only the scene shows whether its level continues beyond the cut, is
+free on three sides, carries something, or has a wall behind it or a top above it.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ class Voxels:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ScanSurroundings:
-    """A scene, to be asked what surrounds parts of it."""
+    """A scene whose parts' surroundings are read."""
 
     points: np.ndarray  # (N, 3) float64, metres, level frame; floor and walls too
     is_wall: np.ndarray  # (N,) bool
 
     def of(self, members: np.ndarray, size: np.ndarray, support: float) -> np.ndarray:
-        """Return what surrounds some points of the scene (K, 3), by NAMES (S,).
+        """Return the surroundings of some points of the scene (K, 3), by NAMES (S,).
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class ScanSurroundings:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProposalLevel:
-    """The height that most of a proposal's columns end at, and the ground below it."""
+    """The height at which most of a proposal's columns end, and its extent seen from above."""
 
     height: float  # metres
     middle: np.ndarray  # (2,) metres
@@ -100,7 +100,7 @@ class ProposalLevel:
     square: float  # metres, side of the columns
 
     def covered(self, points: np.ndarray) -> float:
-        """Return the area that points (N, 3) are above or below, as a share of the level's."""
+        """Return the area above or below points (N, 3), as a share of the level's."""
         return len(cells(points * [1, 1, 0], self.square).keys) * self.square**2 / max(self.area, self.square**2)
 
 
@@ -133,9 +133,10 @@ def level_of(voxels: np.ndarray, side: float) -> ProposalLevel:
 
 
 def own_shape(voxels: np.ndarray, level: ProposalLevel, support: float) -> list[float]:
-    """Return how a proposal's own voxels (C, 3) rise above its level and close what is below it.
+    """Return how a proposal's own voxels (C, 3) rise above its level and close the space below it.
 
-    Directions in which they rise, how one-sided these are, directions closed by sides, and columns with nothing below.
+    These are the shares of directions in which they rise, how one-sided these are, the share of directions closed by
+    sides, and the share of columns with nothing below.
     """
     way, far = polar(voxels[:, :2], level.middle)
     backs = np.unique(way[voxels[:, 2] > level.height + RECOGNITION.rises])
@@ -148,7 +149,7 @@ def own_shape(voxels: np.ndarray, level: ProposalLevel, support: float) -> list[
 
 
 def around_level(others: np.ndarray, level: ProposalLevel, support: float) -> list[float]:
-    """Return what other voxels (K, 3) of the scene are over a proposal's level and around it, from `carries` on."""
+    """Return the quantities of other voxels (K, 3) of the scene above and around a level, from `carries` on."""
     way, far = polar(others[:, :2], level.middle)
     beyond, above = far - level.edge[way], others[:, 2] - level.height
     over, ring = beyond < 0, (beyond > 0) & (beyond < RECOGNITION.near_level)
@@ -179,10 +180,10 @@ def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def share_of_directions(ways: np.ndarray) -> float:
-    """Return the share of all directions that are among some (N,)."""
+    """Return the share of all directions that occur among some (N,)."""
     return np.count_nonzero(np.bincount(ways, minlength=POOL.directions)) / POOL.directions
 
 
 def surroundings_alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return what surrounds an object's points (N, 3) in a box of a size (3,) where there is nothing else, by NAMES."""
+    """Return the surroundings, by NAMES, of an object's points (N, 3) in a box of a size (3,) that stands alone."""
     return ScanSurroundings(points=points, is_wall=np.zeros(len(points), bool)).of(points, size, 0.0)
