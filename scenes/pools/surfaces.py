@@ -1,4 +1,7 @@
-"""What carries a pool: the level surface that spheres rest on, also where nothing can fall on it."""
+"""Pools of spheres dropped on a whole scene, and the level surfaces that carry them, also where no sphere can fall.
+
+The paper drops spheres on objects. On a scene they find what carries and what holds, before objects are known.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,54 @@ from functools import cached_property
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.processes.tasks import run_tasks
+from spherefunc_bullet.simulator import DropSettings, Simulator, isolated, make_simulator
+
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN
+
+
+def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float, *, seed: int = 0) -> np.ndarray:
+    """Return the centres (S, 3), metres, of spheres that rest on a scene.
+
+    Several runs of few spheres are made, so that they lie apart, and spheres that rest on others are left out.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of the scene above its ground z = 0, without the ground itself.
+    simulator : str or Simulator
+    radius : float
+        Metres.
+    seed : int
+
+    Raises
+    ------
+    InputError
+        If the simulator cannot handle the scene.
+    """
+    points = points[points[:, 2] > 0]
+    if len(points) < MIN_POINTS or np.ptp(points, axis=0).max() < radius:
+        return np.empty((0, 3))
+    scene, simulator = Cloud(points, "scene"), make_simulator(simulator)
+    count = max(int(POOL.density * np.prod(scene.size[:2]) / radius**2), POOL.min_spheres)
+    settings = DropSettings(radius=radius, miss_limit=count, max_drops=count)
+    tasks = [(scene, simulator, settings, seed + run) for run in range(POOL.runs)]
+    found = []
+    for _, outcome in run_tasks(centers_on, tasks, ["scene"] * POOL.runs, isolate=isolated(simulator)):
+        if isinstance(outcome, InputError):
+            raise outcome
+        found.append(outcome)
+    return np.vstack(found)
+
+
+def centers_on(scene: Cloud, simulator: Simulator, settings: DropSettings, seed: int) -> np.ndarray:
+    """Return the centres (S, 3) of the spheres of one run that rest on the scene itself, metres."""
+    result = simulator.drop(scene, settings, seed)
+    return result.centers[result.on_object]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,25 +70,25 @@ class Pool:
 
     @cached_property
     def height(self) -> float:
-        """Of the surface, metres."""
+        """Height of the surface, metres."""
         return float(np.median(self.heights))
 
     @property
     def area(self) -> float:
-        """Of the surface that is seen, square metres."""
+        """Area of the visible surface, square metres."""
         return len(self.squares) * SCAN.cell**2
 
     @property
     def is_table(self) -> bool:
-        """Whether it is too large and too high for a seat: nothing that rises from it is its own."""
+        """Whether it is too large and too high for a seat; then objects that rise from it are not parts of it."""
         return self.area >= POOL.table_area and self.height >= POOL.table_height
 
 
 def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:
     """Return the pools of spheres of a radius in metres, the largest surface first.
 
-    Spheres are of one pool where a chain of neighbours of one height connects them. Surfaces reach on below what is
-    above them, as a seat does under a table: they are followed through the points, not through the spheres.
+    Spheres are in one pool if a chain of neighbours at one height connects them. A surface may continue below something
+    else, as a seat does under a table, so it is followed through the points, not through the spheres.
 
     Parameters
     ----------
@@ -60,7 +108,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
 
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
-    """Return the pools that a chain of spheres (S, 3), whose feet are given as well, is: one for each surface."""
+    """Return the pools of a chain of spheres (S, 3) with their lowest points (S, 3): one for each surface."""
     low, high = np.percentile(feet[:, 2], [10, 90]) + [-POOL.slab, POOL.slab]
     squares, heights = level_squares(points[near_feet(points, feet)], low, high)
     if not len(squares):
@@ -85,9 +133,9 @@ def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
 
 
 def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the squares (K, 2) that hold points (N, 3) between two heights and are no part of a wall; their heights.
+    """Return the squares (K, 2) with points (N, 3) between two heights that are not part of a wall, and their heights.
 
-    A square whose points reach far above and below is upright, unless the band's own points are most of them.
+    A square with many points above and below the band is upright, unless most points are in the band.
     """
     if not len(points):
         return np.empty((0, 2), np.int64), np.empty(0)
@@ -110,13 +158,13 @@ def surface_under(feet: np.ndarray, squares: np.ndarray, surface_of: np.ndarray)
 
 
 def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool]:
-    """Return the parts of a pool that only necks connect, as a seat and a table of its height that it touches.
+    """Return the parts of a pool that only necks connect, such as a seat and a table of its height that it touches.
 
     Parameters
     ----------
     pool : Pool
     centers : (S, 3) float64, metres
-        Where spheres rest, also those of other pools: of two on one surface one was left out.
+        Of all spheres, also those of other pools, since of two pools on one surface one may have been left out.
     radius : float
         Of the spheres, metres.
     """

@@ -1,6 +1,6 @@
-"""Tops: what stands on a surface that carries a pool, or on the ground where that is a table's, and tops made level.
+"""Tops: parts of a scene cut out around pools, objects on these surfaces or on a table top as ground, and levelling.
 
-In the world a flat surface is level, even, and whole below what stood on it and hid it.
+A real flat surface is level, even, and continues below the objects that hide it.
 """
 
 from __future__ import annotations
@@ -12,18 +12,88 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN, SEGMENTATION
-from .cutting import GroundSquares, footprint_of
 from .surfaces import Pool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class GroundSquares:
+    """A part of the ground, as squares of `SCAN.cell`."""
+
+    corner: np.ndarray  # (2,) int64, square of the mask's first element
+    mask: np.ndarray  # (X, Y) bool
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) lie above or below it, (N,) bool."""
+        x, y = (np.floor(points[:, k] / SCAN.cell).astype(np.int64) - self.corner[k] for k in range(2))
+        known = (x >= 0) & (x < self.mask.shape[0]) & (y >= 0) & (y < self.mask.shape[1])
+        inside = np.zeros(len(points), bool)
+        inside[known] = self.mask[x[known], y[known]]
+        return inside
+
+    def grown(self, distance: float) -> GroundSquares:
+        """Return it with all squares within a distance in metres."""
+        from scipy.ndimage import distance_transform_edt
+
+        return GroundSquares(corner=self.corner, mask=distance_transform_edt(~self.mask) * SCAN.cell <= distance)
+
+    def shrunk(self, distance: float) -> GroundSquares:
+        """Return it without the squares within a distance in metres of its edge."""
+        from scipy.ndimage import distance_transform_edt
+
+        return GroundSquares(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
+
+
+def footprint_of(pool: Pool) -> GroundSquares:
+    """Return the ground below a pool's surface, with gaps closed that are at most as wide as a neck."""
+    from scipy.ndimage import binary_fill_holes
+
+    border = int(np.ceil((POOL.neck + POOL.back_reach) / SCAN.cell)) + 2
+    corner = pool.squares.min(axis=0) - border
+    mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
+    mask[tuple((pool.squares - corner).T)] = True
+    closed = GroundSquares(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
+    return GroundSquares(corner=corner, mask=binary_fill_holes(closed.mask | mask))
+
+
+def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
+    """Return which points may be a pool's object, (N,) bool: also those that rise from its edge, unless it is a table.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of the scene without ground and walls.
+    pool : Pool
+    gap : float
+        Largest distance of a back's lower edge above the surface, metres.
+    """
+    ground = footprint_of(pool)
+    bare = ground.grown(2 * SCAN.cell).holds(points) & (points[:, 2] < pool.height + POOL.slab)
+    if pool.is_table:
+        return bare
+    free = ~bare & (points[:, 2] >= pool.height + POOL.slab) & (points[:, 2] < POOL.highest)
+    rising, middle = np.flatnonzero(ground.grown(POOL.back_reach).holds(points) & free), ground.shrunk(POOL.back_reach)
+    for members in members_of(euclidean_clusters(points[rising], POOL.slab)):
+        if is_back(points[rising[members]], pool, middle, gap):
+            bare[rising[members]] = True
+    return bare
+
+
+def is_back(part: np.ndarray, pool: Pool, middle: GroundSquares, gap: float) -> bool:
+    """Return whether a part (P, 3) that rises around a pool is a back or an arm, not an object that stands on it."""
+    if part[:, 2].min() > pool.height + gap:
+        return False
+    squares = np.unique(np.floor(part[:, :2] / SCAN.cell).astype(np.int64), axis=0)
+    return bool(len(squares) * SCAN.cell**2 < POOL.back_area * pool.area + 0.02 and middle.holds(part).mean() < 0.5)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Top:
-    """A nearly level surface, and what stands on it."""
+    """A nearly level surface, and the points of objects on it."""
 
     plane: np.ndarray  # (3,) of its height a x + b y + c, metres
-    points: np.ndarray  # (N, 3) float64, metres, level frame, of what stands on it
+    points: np.ndarray  # (N, 3) float64, metres, level frame, of objects on it
     indices: np.ndarray  # (N,) int64, of these points in the scene
-    is_table: bool = True  # whether what stands there is no part of what it stands on
+    is_table: bool = True  # whether objects on it are not parts of its own object
 
     def height_at(self, points: np.ndarray) -> np.ndarray:
         """Return the plane's heights (N,) below points (N, 3), metres."""
@@ -31,7 +101,7 @@ class Top:
 
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
-    """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
+    """Return a pool's surface as a plane, since few tables are level to the centimetre, with the points on it."""
     near = footprint_of(pool).grown(POOL.slab).holds(points)
     on_top = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
     top = top_at(points, np.flatnonzero(near), fitted_height(points[on_top], pool.height))
@@ -39,7 +109,7 @@ def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
 
 
 def ground_top(points: np.ndarray) -> Top:
-    """Return the ground z = 0, where that is a table's top, with what stands on it."""
+    """Return the ground z = 0, if that is a table's top, with the points on it."""
     return top_at(points, np.arange(len(points)), np.zeros(3))
 
 
@@ -52,7 +122,7 @@ def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
 
 
 def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
-    """Return the plane (3,) through the points (N, 3) of a nearly level surface, those far from it left out."""
+    """Return the plane (3,) through the points (N, 3) of a nearly level surface, without those far from it."""
     plane = np.array([0.0, 0.0, height])
     for reach in POOL.top_fits:
         inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
@@ -64,7 +134,7 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
 
 
 def objects_on(top: Top) -> list[np.ndarray]:
-    """Return the members of each object that stands on a top, indices of the scene's points,."""
+    """Return the members of each object that stands on a top, as indices of the scene's points."""
     if not len(top.points):
         return []
     fine = cells(top.points, POOL.spacing)
@@ -78,9 +148,9 @@ def objects_on(top: Top) -> list[np.ndarray]:
 
 
 def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
-    """Return an object's points (N, 3) with its flat surface even and without gaps; as they are where it is not flat.
+    """Return an object's points (N, 3) with its flat surface even and without gaps; unchanged if it is not flat.
 
-    Of a sensor's scatter of a centimetre, and of a top that is a degree off, spheres make hollows and slopes.
+    For spheres, a sensor's noise of a centimetre makes hollows, and a top that is tilted by a degree is a slope.
 
     Parameters
     ----------
@@ -94,7 +164,7 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
         return points
     plane = fitted_height(points[near], pool.height)
     rise = points[:, 2] - points[:, :2] @ plane[:2] - plane[2]
-    if np.median(np.abs(rise[near])) > SCAN.cell / 2:  # as a cushion's
+    if np.median(np.abs(rise[near])) > SCAN.cell / 2:  # a cushion, for example
         return points
     on_plane = near & (np.abs(rise) < SCAN.cell)
     even = points.copy()
@@ -103,11 +173,10 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
 
 
 def bare_places(ground: GroundSquares, points: np.ndarray, height: float) -> np.ndarray:
-    """Return places (M, 3) a centimetre apart at a height, where a footprint has none of the points (N, 3)."""
+    """Return points (M, 3) a centimetre apart at a height, where a footprint has none of the points (N, 3)."""
     bare = ground.mask.copy()
     place = np.floor(points[:, :2] / SCAN.cell).astype(np.int64) - ground.corner
-    known = ((place >= 0) & (place < bare.shape)).all(axis=1)
-    bare[tuple(place[known].T)] = False
+    bare[tuple(place[((place >= 0) & (place < bare.shape)).all(axis=1)].T)] = False
     corners = (np.argwhere(bare) + ground.corner) * SCAN.cell
     offsets = np.array([[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)]) * SCAN.cell
     places = (corners[:, None] + offsets).reshape(-1, 2)

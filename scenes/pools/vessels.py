@@ -1,7 +1,7 @@
-"""What holds: places where small spheres rest with a wall around them, above tops that carry objects.
+"""Vessels: places on tops where small spheres rest with a wall around them.
 
-Pushed along the ground a sphere in a vessel meets its wall in most directions. Where the sensor did not see the far
-wall, less than half may lack.
+A sphere in a vessel that moves along the ground meets the wall in most directions. If the sensor did not see the far
+wall, it still meets the wall in more than half of them.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from spherefunc_bullet.simulator import Simulator
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL
-from .resting import resting_places
+from .surfaces import resting_places
 from .tops import Top
 
 _WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
-_RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
+_RISES = (0.012, 0.14)  # metres above a sphere's lowest point between which walls are searched
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VesselPool:
     """Small spheres that rest together with a wall around them."""
 
-    center: np.ndarray  # (3,) metres, level frame: of the spheres' feet
-    support: float  # metres, level frame: what the vessel stands on
-    reach: float  # metres from there to the wall
-    rim: float  # metres, level frame: the wall's height
+    center: np.ndarray  # (3,) metres, level frame, of the spheres' lowest points
+    support: float  # metres, level frame, height of the surface that the vessel stands on
+    reach: float  # metres from the centre to the wall
+    rim: float  # metres, level frame, height of the wall's upper edge
 
 
 def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list[VesselPool]:
-    """Return the pools of small spheres on a top that walls hold, the one of most spheres first."""
+    """Return the pools of small spheres on a top that walls enclose, the one of most spheres first."""
     if len(top.points) < 10:
         return []
     flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
@@ -54,7 +54,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
 
 
 def sheet_below(points: np.ndarray) -> np.ndarray:
-    """Return a lattice (M, 3) on the ground below points (N, 3): the bottom that a scan of a deep vessel lacks."""
+    """Return a grid of points (M, 3) on the ground below points (N, 3), the bottom that scans of deep vessels lack."""
     high = points.max(axis=0)
     x, y = (np.arange(0, high[axis] + POOL.vessel_radius / 2, POOL.vessel_radius / 2) for axis in range(2))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -62,12 +62,12 @@ def sheet_below(points: np.ndarray) -> np.ndarray:
 
 
 def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the wall is in each direction from spheres' feet (S, 3), and how high it ends there.
+    """Return the distance of the wall in each direction from spheres' lowest points (S, 3), and its height there.
 
     Returns
     -------
     (S, D) and (S, D) float64, metres
-        Infinite, and 0, where none is near.
+        Infinite and 0 where no wall is near.
     """
     walls, rims = np.full((len(feet), POOL.directions), np.inf), np.zeros((len(feet), POOL.directions))
     meet_walls(np.ascontiguousarray(points), np.ascontiguousarray(feet), walls, rims)
@@ -76,7 +76,7 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
 
 @njit(cache=True, error_model="numpy")
 def meet_walls(points, feet, walls, rims):
-    """Write how far walls of points (N, 3) are from spheres' feet (S, 3), and how high they end; see `surroundings`."""
+    """Write the distances and heights of walls of points (N, 3) around spheres' feet (S, 3); see `surroundings`."""
     directions = walls.shape[1]
     for k in range(len(feet)):
         for i in range(len(points)):
@@ -89,7 +89,7 @@ def meet_walls(points, feet, walls, rims):
 
 
 def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | None:
-    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no wall surrounds its middle."""
+    """Return the pool of spheres with feet (S, 3) above a top; None if no wall surrounds its middle."""
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
     walls, rims = surroundings(objects, middle[None])
     seen = np.isfinite(walls[0])
@@ -105,6 +105,6 @@ def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | Non
 
 
 def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
-    """Return which points (N, 3) are a vessel's: its wall, as thick as a sphere, and what that surrounds, (N,) bool."""
+    """Return which points (N, 3) belong to a vessel, (N,) bool: those within its wall, and the wall itself."""
     inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + POOL.vessel_radius
     return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + POOL.vessel_radius)

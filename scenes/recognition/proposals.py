@@ -11,10 +11,8 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import cut_out
-from ..pools.resting import resting_places
-from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.tops import Top, ground_top, objects_on, top_of_pool
+from ..pools.surfaces import Pool, level_pools, parted_at_necks, resting_places
+from ..pools.tops import Top, cut_out, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of

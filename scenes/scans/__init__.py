@@ -1,4 +1,4 @@
-"""Scans: what depth sensors saw, from files and depth images, turned level by floor and walls (paper, §IV-C).
+"""Scans of depth sensors, from files and depth images, levelled by floor and walls (paper, §IV-C).
 
-May import the shared stack up to `formats` and `clouds`; knows nothing of objects.
+May import the shared stack up to `formats` and `clouds`; knows nothing about objects.
 """

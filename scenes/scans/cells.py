@@ -1,4 +1,4 @@
-"""Points sorted into cells of space, in ways that do not depend on the order in which they come.
+"""Points sorted into cells of space; results do not depend on the order of the points.
 
 Coordinates are rounded to whole steps before they are summed: sums of whole numbers are exact in any order.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from spherefunc_bullet.processes.compilation import njit
 
-STEP = 1e-5  # metres: what coordinates are rounded to; a sensor is off by a hundred times as much
+STEP = 1e-5  # metres, to which coordinates are rounded: a hundredth of a sensor's error
 _BITS = 21  # of a cell's index along each axis
 _OFFSET = 1 << (_BITS - 1)
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # of axes
@@ -80,7 +80,7 @@ def sort_into_cells(points, side, sorting, order, keys, cell_of, counts):
     sorting, order : (2, N) int64
         Room to sort in; one row of ``order`` receives the points, cell by cell.
     keys, counts : (N,) int64
-        Receive the cells' keys and how many points they hold, which are 0 before.
+        Receive the cells' keys and their numbers of points, 0 before.
     cell_of : (N,) int64
         Receives the cell of each point.
     """
@@ -163,11 +163,11 @@ def sort_by_digit(keys, order, sorted_keys, sorted_order, shift, ends):
 
 
 NEIGHBORS = 6  # of a point within a surface
-_NEAREST_FIRST = (4, 1, 3, 5, 7, 0, 2, 6, 8)  # columns of cells around one: most points have enough in the first few
+_NEAREST_FIRST = (4, 1, 3, 5, 7, 0, 2, 6, 8)  # columns of cells around one; the first few are enough for most points
 
 
 def crowded(places: np.ndarray, reach: float) -> np.ndarray:
-    """Return which places (N, 3) have as many others within a reach in metres as a point has neighbours, (N,) bool."""
+    """Return which places (N, 3) have at least `NEIGHBORS` others within a reach in metres, (N,) bool."""
     grid = cells(places, reach)
     enough = np.zeros(len(places), np.bool_)
     count_around(np.ascontiguousarray(places[grid.order]), grid.keys, grid.start, reach * reach, enough)
@@ -209,7 +209,7 @@ def count_around(points, keys, start, square, enough):
 
 @dataclass(frozen=True, eq=False)
 class NearPoints:
-    """Points (N, 3) that others are asked to be near, metres, sorted once by cells as wide as the reach."""
+    """Points (N, 3), metres, sorted once, to find which other points are near them."""
 
     points: np.ndarray
     reach: float  # metres
@@ -221,24 +221,20 @@ class NearPoints:
 
     def to(self, places: np.ndarray) -> np.ndarray:
         """Return which places (M, 3) have one of the points nearer than the reach, (M,) bool."""
-        query_cells = cells(places, self.reach)
-        near = np.zeros(len(places), np.bool_)
-        look_around(
-            places[query_cells.order], query_cells.keys, query_cells.start, *self._sorted, self.reach * self.reach, near
-        )
-        out = np.empty(len(places), bool)
-        out[query_cells.order] = near
+        grid, near, out = cells(places, self.reach), np.zeros(len(places), np.bool_), np.empty(len(places), bool)
+        look_around(places[grid.order], grid.keys, grid.start, *self._sorted, self.reach * self.reach, near)
+        out[grid.order] = near
         return out
 
 
 @njit(cache=True, error_model="numpy")
 def advance(columns, key, keys):
-    """Move the first cell of each column around one of a key, and that after the last: like the keys, they ascend.
+    """Move the first and the end cell of each column around the cell of a key forward; keys have to ascend.
 
     Parameters
     ----------
     columns : (9, 2) int64
-        Receives them; 0 before the first key.
+        First and end cells, 0 before the first key.
     keys : (C,) int64
         Of the cells, ascending, as `cells` packs them.
     """

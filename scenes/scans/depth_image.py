@@ -119,7 +119,7 @@ def load_depth_image(
         camera = kinect_like(depth.shape[1], depth.shape[0])
         if report:
             report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
-    # Beyond, a depth is a sensor's mark of nothing seen, such as 65535.
+    # Larger values mark pixels without a measurement, such as 65535.
     points = np.where((depth > 0) & (depth < SCAN.largest), depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
@@ -181,17 +181,17 @@ def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
 
 
 def filled(points: np.ndarray, side: float) -> np.ndarray:
-    """Return a scan's points (N, 3) followed by those that fill the gaps (M, 3) between neighbours, metres.
+    """Return a scan's points (N, 3) followed by points that fill the gaps (M, 3) between neighbours, metres.
 
-    Fused scans are thinned to two or three centimetres and single views spread with distance, while tolerances and
-    sizes are measured in voxels of one. What is added lies between two points that are among each other's six nearest:
-    no surface grows beyond its edges. The order of the points does not matter.
+    Fused scans are thinned to two or three centimetres and single views are sparser with distance, while tolerances and
+    sizes are in voxels of one. Added points lie between two points that are among each other's six nearest, so that no
+    surface grows beyond its edges. The order of the points does not matter.
 
     Parameters
     ----------
     points : (N, 3) float64, metres
     side : float
-        Of the voxels that are to be filled, metres.
+        Of the voxels to be filled, metres.
     """
     from scipy.spatial import cKDTree
 
@@ -214,9 +214,9 @@ def mutual_pairs(queries: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) 
     Parameters
     ----------
     queries : (A,) int64
-        Of N points those that stand alone, and their neighbours.
+        Indices of the points that stand alone, and of their neighbours.
     neighbors : (A, K + 1) int64
-        Of each of these and its neighbours, itself first; N where there are no more.
+        Indices of the nearest points of each, itself first; N where there are no more.
     alone : (N,) bool
     """
     count = len(alone)
@@ -233,7 +233,7 @@ def between(places: np.ndarray, pairs: np.ndarray, side: float) -> np.ndarray:
     """Return points (M, 3) a voxel's side apart between the two of each pair (P, 2) of places (N, 3)."""
     start, way = places[pairs[:, 0]], places[pairs[:, 1]] - places[pairs[:, 0]]
     steps = np.ceil(np.linalg.norm(way, axis=1) / side).astype(int)
-    chosen = np.repeat(np.arange(len(pairs)), np.maximum(steps - 1, 0))
-    ends = np.cumsum(np.maximum(steps - 1, 0))
-    rank = np.arange(len(chosen)) - np.repeat(ends - np.maximum(steps - 1, 0), np.maximum(steps - 1, 0)) + 1
+    counts = np.maximum(steps - 1, 0)
+    chosen = np.repeat(np.arange(len(pairs)), counts)
+    rank = np.arange(len(chosen)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
     return start[chosen] + way[chosen] * (rank / steps[chosen])[:, None]

@@ -1,13 +1,55 @@
-"""Which way is up in a scan: from the planes that a room is built of, and from how sensors are held."""
+"""Which way is up in a scan: from flat pieces of its surfaces, most of which are level or upright in a room."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
 from ..settings import SCAN
-from .patches import Patches
+from .cells import cells
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Flat pieces of surface, each about as large as a cell of its grid."""
+
+    centers: np.ndarray  # (P, 3) float64, metres
+    normals: np.ndarray  # (P, 3) float64, unit vectors, of either sign
+    areas: np.ndarray  # (P,) float64, square metres, about
+    thickness: np.ndarray  # (P,) float64, standard deviation across the surface, metres
+
+    def __getitem__(self, chosen: np.ndarray) -> Patches:
+        return Patches(self.centers[chosen], self.normals[chosen], self.areas[chosen], self.thickness[chosen])
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+
+def find_patches(points: np.ndarray) -> Patches:
+    """Return the flat pieces of a scan (N, 3), metres, of three sizes.
+
+    With noise of a few centimetres, as a Kinect's at four metres, only large patches have a reliable normal. Each
+    counts a third of its area, so that a surface that is flat in all sizes counts once.
+    """
+    sizes = [patches_of_size(points, side) for side in SCAN.patch_sides]
+    names = ("centers", "normals", "areas", "thickness")
+    return Patches(*(np.concatenate([getattr(size, name) for size in sizes]) for name in names))
+
+
+def patches_of_size(points: np.ndarray, side: float) -> Patches:
+    """Return the flat pieces of one size, metres."""
+    grid = cells(points, side)
+    spread, axes = np.linalg.eigh(grid.covariances)
+    spread = np.sqrt(np.maximum(spread, 0))
+    flat = (spread[:, 0] < SCAN.patch_thickness * spread[:, 1]) & (spread[:, 1] > 0.1 * side)
+    flat &= grid.counts >= SCAN.patch_points
+    # A square of side a spreads by a / sqrt(12) along each of its axes.
+    areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2) / len(SCAN.patch_sides)
+    return Patches(grid.means[flat], axes[flat, :, 0], areas[flat], spread[flat, 0])
+
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL).
 # Anything else is a frame with z up.
@@ -55,11 +97,11 @@ def facing_normals(patches: Patches, up: np.ndarray, camera: np.ndarray | None) 
 
 
 def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) -> np.ndarray | None:
-    """Return the direction (3,) that most of a scan's surfaces are level or upright to; None if none is level.
+    """Return the direction (3,) to which most of a scan's surfaces are level or upright; None if no surface is level.
 
-    Every patch's normal within 65 degrees of the likely up is tried. Level patches that face up vote for it by
-    their area, and upright ones: what looks like a floor in a view from above is a wall in one to the side,
-    but only the true vertical fits floors, table tops and walls at once.
+    The normal of every patch within 65 degrees of the likely up is tried. Level patches that face up and upright ones
+    vote for it by their area. A wall may look like a floor in a tilted view, but only the true vertical fits floors,
+    table tops and walls at once.
 
     Parameters
     ----------
@@ -82,10 +124,10 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
 
 
 def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
-    """Return the up (3,) near another that level normals lie along and upright ones across, in least squares by area.
+    """Return the up (3,) near another that fits level and upright normals best, in least squares by area.
 
-    A plane through a floor's points is truer than its patches, unless the floor is small, far or thick: then tops and
-    walls tell better. So it counts as one patch of its area.
+    A plane through a floor's points is more accurate than its patches, unless the floor is small, far or noisy: then
+    tops and walls are better. So it counts as one patch of its area.
 
     Parameters
     ----------

@@ -10,18 +10,17 @@ from spherefunc_bullet.errors import InputError
 
 from ..settings import SCAN
 from .cells import cells
-from .gravity import axis_up, camera_frame, facing_normals, refined_up, seen_gravity
-from .patches import Patches, find_patches
+from .gravity import Patches, axis_up, camera_frame, facing_normals, find_patches, refined_up, seen_gravity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Levelling:
-    """How a scan is turned and moved to stand on z = 0, and what that was found by."""
+    """The transform of a scan to the level frame, and how it was found."""
 
     T_level_scan: np.ndarray  # (4, 4) float64, from the scan's frame to the level one
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
     floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
-    noise: float | None  # standard deviation of the floor's points about it, metres; None where none is seen
+    noise: float | None  # standard deviation of the floor's points about it, metres; None without a floor
 
     @property
     def up(self) -> np.ndarray:
@@ -30,7 +29,7 @@ class Levelling:
 
     @property
     def height(self) -> float:
-        """Of z = 0 along ``up``, in the scan's frame, metres."""
+        """Height of z = 0 along ``up``, in the scan's frame, metres."""
         return float(-self.T_level_scan[2, 3])
 
     def to_level(self, points: np.ndarray) -> np.ndarray:
@@ -45,14 +44,15 @@ class Levelling:
 def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
     """Find gravity and the floor of a scan (paper, §IV-C).
 
-    The floor is the lowest large level plane, not the largest: a wall and a table top can be larger. Where no floor
-    is seen the table top that carries the scene serves, else the given or the sensor's own up and the lowest point.
+    The floor is the lowest large level plane, not the largest, since a wall or a table top can be larger. If no floor
+    is seen, the table top that carries the scene serves as ground, otherwise the lowest point along the given or the
+    sensor's own up.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, finite
     up : str
-        ``auto``, or the axis or the vector that points up, which is then taken as it is.
+        ``auto``, or the axis or the vector that points up, which is then used unchanged.
     name : str
         What errors call the scan.
 
@@ -70,22 +70,20 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
     facing = facing_normals(patches, upward, camera) @ upward > np.cos(SCAN.aligned)
     plane = lowest_large_plane(points, patches[facing], upward)
     if plane is None:
+        transform = level_transform(upward, float(np.percentile(points @ upward, 0.5)))
         source = "given" if up != "auto" else "assumed"
-        return Levelling(
-            T_level_scan=level_transform(upward, float(np.percentile(points @ upward, 0.5))),
-            source=source,
-            floor_seen=False,
-            noise=None,
-        )
+        return Levelling(T_level_scan=transform, source=source, floor_seen=False, noise=None)
     height, area = plane
-    fixed = up != "auto"
-    upward, height, noise = fitted_plane(points, upward, height, fixed)
+    upward, height, noise = fitted_plane(points, upward, height, up != "auto")
     if seen is not None:
         joint = refined_up(patches.normals, patches.areas, seen, upward * np.sqrt(area))
-        height, upward = height_along(joint, points, upward, height), joint
+        inside = np.abs(points @ upward - height) < SCAN.fit
+        height, upward = float(np.median(points[inside] @ joint)) if inside.any() else height, joint
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
-    source = "table top" if is_table_top(points, upward, height, area) else "floor"
+    # A table top is small, with only low objects on it.
+    on_top = area < SCAN.largest_top and np.percentile(points @ upward, 99) - height < SCAN.on_top
+    source = "table top" if on_top else "floor"
     return Levelling(T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise)
 
 
@@ -121,9 +119,9 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
 
 
 def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool) -> tuple[np.ndarray, float, float]:
-    """Return up (3,), the height along it and the spread of the plane through the points near a level one.
+    """Return up (3,), height and spread of the plane fitted to the points near a level one.
 
-    Each cell of 2 cm counts once, so that what is near the sensor does not outweigh the rest.
+    Each cell of 2 cm counts once, so that points near the sensor do not outweigh the others.
     """
     near = np.abs(points @ up - height) < 2 * SCAN.fit
     if near.sum() < 3:
@@ -144,19 +142,8 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
 
 
-def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: float) -> float:
-    """Return the height along another up (3,) of the points at a height along one, metres."""
-    inside = np.abs(points @ up - height) < SCAN.fit
-    return float(np.median(points[inside] @ joint)) if inside.any() else height
-
-
-def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float) -> bool:
-    """Tell a table top from a floor: small, with only low objects on it."""
-    return area < SCAN.largest_top and bool(np.percentile(points @ up, 99) - height < SCAN.on_top)
-
-
 def level_transform(up: np.ndarray, height: float) -> np.ndarray:
-    """Return the transform (4, 4) that turns ``up`` to z by the shortest way and puts its height at z = 0."""
+    """Return the transform (4, 4) that rotates ``up`` to z by the smallest angle and puts its height at z = 0."""
     from scipy.spatial.transform import Rotation
 
     z = np.array([0.0, 0.0, 1.0])
@@ -170,7 +157,7 @@ def level_transform(up: np.ndarray, height: float) -> np.ndarray:
 
 
 def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
-    """Take the plane of most points for the floor, whichever it is.
+    """Level a scan by the plane of most points, which is taken for the floor.
 
     Parameters
     ----------

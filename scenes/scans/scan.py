@@ -1,4 +1,4 @@
-"""Scans: what a depth sensor saw, as points in the sensor's or the room's own frame."""
+"""Scans of depth sensors, as points in the sensor's or the room's own frame."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ UNITS = (*METRES, "auto")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scan:
-    """A point cloud of a room or a table top, in metres, in its own frame: tilted, maybe, and full of holes."""
+    """A point cloud of a room or a table top, in metres, in its own frame, which may be tilted."""
 
     name: str
     points: np.ndarray  # (N, 3) float64, metres, finite
     colors: np.ndarray | None = None  # (N, 3) uint8
-    dropped: int = 0  # points that were not finite: where the sensor saw nothing
+    dropped: int = 0  # points that were not finite, where the sensor measured nothing
     level_frame: str | None = None  # name of the points' frame, where that is known to have z up
 
     def __len__(self) -> int:
@@ -49,7 +49,7 @@ def scan_from_points(
     ----------
     points : (N, 3) array_like, in ``units``
     name : str
-        What messages call it.
+        Used in messages.
     colors : (N, 3) uint8, optional
     units : {"m", "cm", "mm", "in", "auto"}
         ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and reports that.
@@ -61,7 +61,7 @@ def scan_from_points(
     Raises
     ------
     InputError
-        If fewer than 100 points are finite, or the unit is none.
+        If fewer than 100 points are finite, or the unit is unknown.
     """
     points = np.asarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:

@@ -1,4 +1,4 @@
-"""Segmentation: a level scan falls into floor, walls and objects (paper, §IV-C).
+"""Segmentation of a level scan into floor, walls and objects (paper, §IV-C).
 
-May import `scans` and the shared stack's `errors`; knows nothing of what objects are for.
+May import `scans` and the shared stack's `errors`; knows nothing about functions of objects.
 """

@@ -60,7 +60,7 @@ def connect(points, reach, keys, start, roots):
     start : (C + 1,) int64
         The first point of each cell, and the number of all.
     roots : (N,) int64
-        Each its own index, or a smaller one of the same cluster; receives the smallest.
+        The index of each point, or a smaller one in its cluster; receives the smallest.
     """
     first = np.zeros((2, 3), np.int64)  # cell of each column that may be beside: keys ascend, so these only advance
     for cell in range(len(keys)):
@@ -85,7 +85,7 @@ def connect_cells(points, reach, start, a, b, roots):
     for i in range(start[a], start[a + 1]):
         one = root_of(roots, i)
         for j in range(max(start[b], i + 1), start[b + 1]):
-            if roots[j] == one:  # most neighbours are one already
+            if roots[j] == one:  # most neighbours are united already
                 continue
             dx, dy, dz = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
             if dx * dx + dy * dy + dz * dz <= reach * reach:
@@ -96,7 +96,7 @@ def connect_cells(points, reach, start, a, b, roots):
 
 @njit(cache=True, error_model="numpy")
 def root_of(roots, i):
-    """Return the root of a point, and shorten the way to it."""
+    """Return the root of a point, and shorten the path to it."""
     while roots[i] != i:
         roots[i] = roots[roots[i]]
         i = roots[i]
@@ -124,7 +124,7 @@ class Box:
         return self.center + signs * self.size / 2 @ self.axes
 
     def lowered(self, height: float) -> Box:
-        """Return the box with its lower face at a height, metres, if it is not lower already."""
+        """Return the box with its lower face at a height, metres, or unchanged if that is lower already."""
         top = self.center[2] + self.size[2] / 2
         bottom = min(self.center[2] - self.size[2] / 2, height)
         center, size = self.center.copy(), self.size.copy()
@@ -158,20 +158,13 @@ def bounding_box(points: np.ndarray) -> Box:
     areas = (spans[2] - spans[0]) * (spans[3] - spans[1])
     best = int(np.argmin(np.round(areas, 9)))
     low, high = (np.array([spans[k][best], spans[k + 1][best]]) for k in (0, 2))
-    return turned_box(points, low, high, along[best], across[best], angles[best])
-
-
-def turned_box(
-    points: np.ndarray, low: np.ndarray, high: np.ndarray, along: np.ndarray, across: np.ndarray, angle: float
-) -> Box:
-    """Return the box from its footprint's lowest and highest corner (2,) along two axes (2,)."""
-    middle = (low + high) / 2
+    middle, angle = (low + high) / 2, angles[best]
     bottom, top = points[:, 2].min(), points[:, 2].max()
     width, depth = high - low
     if depth > width:
         width, depth, angle = depth, width, angle - np.pi / 2 if angle > 0 else angle + np.pi / 2
     return Box(
-        center=np.array([*(middle[0] * along + middle[1] * across), (bottom + top) / 2]),
+        center=np.array([*(middle[0] * along[best] + middle[1] * across[best]), (bottom + top) / 2]),
         size=np.array([width, depth, top - bottom]),
         yaw=float(angle),
     )

@@ -1,26 +1,24 @@
-"""From a levelled scan to objects: floor, walls and ceiling off, the rest in Euclidean clusters (paper, §IV-C)."""
+"""From a levelled scan to objects: floor, walls and ceiling are removed, the rest is clustered (paper, §IV-C)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import cells
-from ..scans.patches import find_patches
+from ..scans.gravity import Patches, find_patches
 from ..settings import SCAN, SEGMENTATION
 from .clusters import euclidean_clusters
-from .walls import Wall, ceiling_height, find_walls
 
-FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # what a point is of that is of no object
+FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # labels of points of no object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Segmentation:
-    """How a scan falls into objects; named as PCL's filters and EuclideanClusterExtraction name it."""
+    """Settings of segmentation, named as in PCL's filters and EuclideanClusterExtraction."""
 
     # Metres, side of the voxels that thin the scan first.
     leaf_size: float = field(default_factory=lambda: SEGMENTATION.leaf_size)
@@ -39,7 +37,7 @@ class Segmentation:
 
 
 def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float | None = None) -> np.ndarray:
-    """Return which object each point is of (paper, §IV-C).
+    """Return the object of each point (paper, §IV-C).
 
     Parameters
     ----------
@@ -47,48 +45,38 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
         In the level frame: z up, the floor, or the table top that carries the scene, at z = 0.
     settings : Segmentation
     noise : float, optional
-        Standard deviation of the floor's points, metres, if known: the floor is taken to be thinner or thicker by it.
+        Standard deviation of the floor's points, metres, if known, from which the floor's thickness is chosen.
 
     Returns
     -------
     (N,) int32
-        Objects are numbered from 0, the one of most voxels first; -1 the floor, -2 a wall or the ceiling, -3 what is
-        too small, or below the floor. The order of the points does not matter.
+        Objects are numbered from 0, the one of most voxels first; -1 the floor, -2 a wall or the ceiling, -3 clusters
+        that are too small, and points below the floor. The order of the points does not matter.
     """
     settings = settings or Segmentation()
     thinned = cells(points, settings.leaf_size)
-    return labelled_voxels(thinned.means, settings, noise)[thinned.cell_of]
-
-
-def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | None) -> np.ndarray:
-    """Return the label (C,) int32 of each voxel (C, 3) of a thinned scan; see `segment`."""
+    voxels = thinned.means
     patches = find_patches(voxels)
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
     labels[is_floor(voxels, noise)] = FLOOR
-    above = voxels[:, 2] > 0
-    labels[above & is_wall(voxels, find_walls(voxels, patches), ceiling_height(patches))] = WALL
+    above, outside = voxels[:, 2] > 0, voxels[:, 2] > ceiling_height(patches)
+    for wall in find_walls(voxels, patches):
+        outside |= wall.holds(voxels)
+    labels[above & outside] = WALL
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
     labels[rest] = numbered_by_size(euclidean_clusters(voxels[rest], settings.cluster_tolerance), settings)
-    return labels
+    return labels[thinned.cell_of]
 
 
 def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
-    """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
+    """Return which voxels (C, 3) belong to the floor, (C,) bool: within four standard deviations, if noise is known."""
     return np.abs(voxels[:, 2]) <= (SCAN.cell if noise is None else np.clip(4 * noise, SCAN.cell / 2, SCAN.fit))
 
 
-def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:
-    """Return which voxels (C, 3) belong to walls or the ceiling, or lie beyond, (C,) bool."""
-    outside = voxels[:, 2] > ceiling
-    for wall in walls:
-        outside |= wall.holds(voxels)
-    return outside
-
-
 def numbered_by_size(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarray:
-    """Return clusters (C,) numbered by size, -3 for those of a size that is not wanted.
+    """Return clusters (C,) numbered by size, -3 for those that are too small or too large.
 
-    Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.
+    Of equally large ones the one with the first voxel comes first; voxels are ordered by their place in space.
     """
     _, first, member, counts = np.unique(cluster_of, return_index=True, return_inverse=True, return_counts=True)
     order = np.lexsort((first, -counts))
@@ -96,3 +84,95 @@ def numbered_by_size(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarr
     number = np.full(len(counts), LEFT_OVER, np.int32)
     number[wanted] = np.arange(len(wanted))
     return number[member.ravel()]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Wall:
+    """An upright plane, and its extent."""
+
+    normal: np.ndarray  # (2,) level unit vector into the room
+    offset: float  # metres: normal @ xy on the plane
+    span: tuple[float, float]  # metres along the wall, from and to
+    thickness: float  # metres off the plane at which a point still belongs to it
+
+    def along(self, points: np.ndarray) -> np.ndarray:
+        """Return places (N,) of points (N, 3) along the wall, metres."""
+        return points[:, :2] @ np.array([-self.normal[1], self.normal[0]])
+
+    def ahead(self, points: np.ndarray) -> np.ndarray:
+        """Return distances (N,) of points (N, 3) into the room, metres, negative behind the wall."""
+        return points[:, :2] @ self.normal - self.offset
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) belong to the wall or lie behind it, (N,) bool."""
+        along = self.along(points)
+        beside = (along > self.span[0] - SEGMENTATION.wall_margin) & (along < self.span[1] + SEGMENTATION.wall_margin)
+        return beside & (self.ahead(points) < self.thickness)
+
+
+def ceiling_height(patches: Patches) -> float:
+    """Return the height of the ceiling, metres; infinity if none is seen."""
+    level = patches[np.abs(patches.normals[:, 2]) > np.cos(SCAN.aligned)]
+    high = level.centers[:, 2] > SEGMENTATION.high
+    if level.areas[high].sum() < SEGMENTATION.wall_area:
+        return np.inf
+    return float(np.median(level.centers[high, 2])) - SEGMENTATION.wall_thickness
+
+
+def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
+    """Return the walls of a room, the largest first.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        The thinned scan.
+    patches : Patches
+        Of the same points.
+    """
+    left = patches[np.abs(patches.normals[:, 2]) < np.sin(SCAN.aligned)]
+    walls = []
+    while len(left) >= 3:
+        plane, inside = largest_plane(left)
+        if left.areas[inside].sum() < SEGMENTATION.wall_area:
+            break
+        wall = bounding_wall(points, plane, left[inside])
+        if wall is not None:
+            walls.append(wall)
+        left = left[~inside]
+    return walls
+
+
+def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarray]:
+    """Return normal (2,) and offset of the upright plane of most area, and which patches lie in it (P,) bool."""
+    normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
+    places = patches.centers[:, :2]
+    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // SCAN.tried)]
+    aligned = np.abs(normals[tried] @ normals.T) > np.cos(SCAN.aligned)
+    offsets = (normals[tried] * places[tried]).sum(axis=1)
+    near = np.abs(normals[tried] @ places.T - offsets[:, None]) < SEGMENTATION.wall_thickness
+    best = int(np.argmax((aligned & near) @ patches.areas))
+    inside = aligned[best] & near[best]
+    centre = np.average(places[inside], axis=0, weights=patches.areas[inside])
+    normal = normals[tried[best]]
+    if inside.sum() >= 3:
+        normal = np.linalg.eigh(np.cov(places[inside].T, aweights=patches.areas[inside]))[1][:, 0]
+    return (normal, float(normal @ centre)), inside
+
+
+def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: Patches) -> Wall | None:
+    """Return the wall of a plane with its patches, or None if it is the side of an object."""
+    normal, offset = plane
+    into = 1.0 if np.median(points[:, :2] @ normal) >= offset else -1.0
+    thickness = SEGMENTATION.wall_thickness
+    wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0), thickness=thickness)
+    low, high = np.percentile(wall.along(patches.centers), [2, 98])
+    spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
+    wall = replace(wall, span=(float(low), float(high)), thickness=float(np.clip(3 * spread, thickness, 2 * thickness)))
+    along, ahead = wall.along(points), wall.ahead(points)
+    on_wall = (along > low) & (along < high) & (np.abs(ahead) < wall.thickness)
+    width, top = high - low, np.percentile(points[on_wall, 2], 98) if on_wall.any() else 0.0
+    if width < SEGMENTATION.wall_width or top < SEGMENTATION.wall_top:
+        return None
+    beside = (along > low - SEGMENTATION.wall_margin) & (along < high + SEGMENTATION.wall_margin)
+    behind = np.mean(ahead[beside] < -2 * thickness)
+    return wall if behind < SCAN.stray else None

@@ -9,10 +9,8 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.cutting import cut_out, footprint_of
-from spherefunc_bullet.scenes.pools.resting import resting_places
-from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks
-from spherefunc_bullet.scenes.pools.tops import ground_top, objects_on, top_of_pool
+from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks, resting_places
+from spherefunc_bullet.scenes.pools.tops import cut_out, footprint_of, ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
 from spherefunc_bullet.scenes.settings import POOL, SCAN
