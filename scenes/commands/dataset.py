@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -100,13 +101,10 @@ def import_furniture(
     """Write the objects of a furniture library, labelled by their names."""
     from ..sweethome3d.library import import_library
 
-    summary = import_library(
-        file,
-        directory,
-        include_ambiguous=include_all,
-        report=say,
-        progress=lambda entries: progress(entries, len(entries), "importing"),
-    )
+    def importing(entries: list) -> Iterable:
+        return progress(entries, len(entries), "importing")
+
+    summary = import_library(file, directory, include_ambiguous=include_all, report=say, progress=importing)
     about = {
         "manifest": str(summary.manifest),
         "objects": summary.imported,
@@ -118,10 +116,7 @@ def import_furniture(
 
 
 @app.command()
-def describe(
-    data: Data,
-    as_json: Json = False,
-) -> None:
+def describe(data: Data, as_json: Json = False) -> None:
     """Count the objects of a data set by label, category and source, and print their sizes."""
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
 
@@ -200,14 +195,8 @@ def impair(
     failures, dataset, impairments = Failures(), open_dataset(data), chosen_kinds(kinds.split(",") if kinds else None)
     functions = dict.fromkeys(function for impairment in impairments for function in impairment.functions)
     some = [item for function in functions for item in evenly_spread(dataset.objects, function, copied)]
-    copies = impair_dataset(
-        replace(dataset, objects=tuple(some)),
-        directory,
-        seed=seed,
-        impairments=impairments,
-        jobs=-1,
-        failed=failures.add,
-    )
+    dataset, failed = replace(dataset, objects=tuple(some)), failures.add
+    copies = impair_dataset(dataset, directory, seed=seed, impairments=impairments, jobs=-1, failed=failed)
     made, left_out = copies.made, copies.left_out
     about = {"manifest": str(copies.manifest), "objects": sum(made.values()), "made": made, "left_out": left_out}
     _say(about | {"seed": seed}, as_json)
@@ -216,13 +205,11 @@ def impair(
 
 def _count(names: Iterable[str]) -> dict[str, int]:
     """Return how often each name occurs, by name."""
-    from collections import Counter
-
     return dict(sorted(Counter(names).items()))
 
 
 def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
-    """Return the least, middle and greatest height of each label's objects, metres."""
+    """Return the least, median and greatest height of each label's objects, metres."""
     from statistics import median
 
     from spherefunc_bullet.datasets.dataset import label_text
@@ -237,28 +224,25 @@ def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
 
 
 def _extents(path: Path) -> list[float]:
-    """Return width, depth and height of an object as its file has them."""
+    """Return width, depth and height of an object, in the units of its file."""
     import trimesh
 
     from spherefunc_bullet.errors import explaining
 
-    # The readers raise whatever a damaged file makes them trip over.
+    # Damaged files make the readers raise exceptions of any kind.
     with explaining(f"{path}: expected a mesh or a cloud", Exception, why="; "):
         low, high = trimesh.load(path, process=False).bounds
     return (high - low).tolist()
 
 
 def _say(about: dict[str, object], as_json: bool) -> None:
-    """Print a result: JSON on standard output, or lines to read on standard error."""
+    """Print a result: JSON on standard output, or lines of text on standard error."""
     if as_json:
         print_json(about)
         return
     for name, value in about.items():
-        inner = value.items() if isinstance(value, dict) else ()
-        text = ", ".join(f"{key or 'unnamed'} {_plain(figure)}" for key, figure in inner) or str(value)
-        say(f"{name}: {text}")
-
-
-def _plain(figure: int | dict[str, float]) -> str:
-    """Return a count, or a range of heights."""
-    return f"{figure['min']:g} to {figure['max']:g} m" if isinstance(figure, dict) else str(figure)
+        texts = []
+        for key, figure in value.items() if isinstance(value, dict) else ():
+            span = f"{figure['min']:g} to {figure['max']:g} m" if isinstance(figure, dict) else figure
+            texts.append(f"{key or 'unnamed'} {span}")
+        say(f"{name}: {', '.join(texts) or value}")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.places.place import Place
     from spherefunc_bullet.simulator import Simulator
 
-Row = dict[str, Any]  # what the contract prints of one file
+Row = dict[str, Any]  # of one file, for JSON
 HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in the coordinates of the input
 
 
@@ -50,7 +50,10 @@ def places(
     tall = ProofSettings(person=parse_length(person)).person
     failures, how = Failures(), (put, prove, tall, up, units, seed)
     results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
-    rows = [row_of(file, *found) for file, found in results]
+    rows = [
+        {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
+        for file, (found, seconds) in results
+    ]
     if results and (picture is not None or page is not None):
         draw([(file, found) for file, (found, _) in results], picture, page, up, units, tall)
     print_json(rows) if json else print_places(rows, units)
@@ -60,18 +63,12 @@ def places(
 def places_of_file(
     file: Path, simulator: Simulator, put: Path | None, prove: bool, person: float, up: str, units: str, seed: int
 ) -> tuple[list[Place], float]:
-    """Return the places of one file's object, and the seconds that it took."""
+    """Return the places of one file's object, and the time that it took, seconds."""
     from ..recognition.objects import find_places
 
     started = time.perf_counter()
-    how = {"backend": simulator.name, "up": up, "units": units, "seed": seed}
-    found = find_places(file, put, prove, person, **how)
+    found = find_places(file, put, prove, person, backend=simulator.name, up=up, units=units, seed=seed)
     return found, time.perf_counter() - started
-
-
-def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
-    """Return what the contract prints of one file."""
-    return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
 
 
 def draw(
@@ -82,7 +79,7 @@ def draw(
     units: str,
     person: float,
 ):
-    """Draw objects with their places, and a person of the given height who sits there."""
+    """Draw objects with their places, and a sitter of the given height, metres."""
     from spherefunc_bullet.places.finding import cloud_and_frame
     from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture
 
@@ -97,7 +94,7 @@ def draw(
 
 
 def print_places(rows: Sequence[Row], units: str):
-    """Print a line for every place of every object, without those of low score."""
+    """Print a line for every place of every object, without places of low score."""
     from spherefunc_bullet.places.place import Proof
 
     table, unit = [], "" if units == "auto" else units
@@ -125,14 +122,14 @@ def worth_showing(places: Sequence[Row]) -> list[Row]:
 
 
 def place_columns(place: Row, unit: str = "m") -> list[str]:
-    """Return what a table says of a place, under `HEAD`."""
+    """Return the cells of a place's row, under `HEAD`."""
     where = " ".join(f"{round(value, 2) + 0.0:.2f}" for value in place["position"])
     facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
     return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place, unit)]
 
 
 def details(place: Row, unit: str = "m") -> str:
-    """Return what matters of a kind of place, in a few words."""
+    """Return the details that matter for a kind of place, as a text."""
     from spherefunc_bullet.places.pouring import HOLE
 
     unit = f" {unit}" if unit else ""
@@ -150,7 +147,7 @@ def details(place: Row, unit: str = "m") -> str:
 
 
 def figures(number: float) -> str:
-    """Return a number to two digits, as people write it.
+    """Return a number with two significant digits.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""``spherefunc scene``: find the objects of a scanned room and say what each is for (paper, §IV-C, Fig. 6)."""
+"""``spherefunc scene``: find and classify the objects of a scanned room (paper, §IV-C, Fig. 6)."""
 
 from __future__ import annotations
 
@@ -114,13 +114,14 @@ def scene(
         raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     bag = bag_scan(file, topic, time, (intrinsics, color))
     scan = read_scan(file, units, intrinsics, color, depth_scale or 1000.0) if bag is None else bag
+    up = "z" if up == "auto" and scan.level_frame is not None else up
     warm_up_recognition(classifier)
     if method is None:
-        room = recognise(scan, classifier, up=up_of(scan, up), settings=settings, completion=steps, proposals=kinds)
+        room = recognise(scan, classifier, up=up, settings=settings, completion=steps, proposals=kinds)
     else:
         from ..recognition.examples import recognise_as_paper
 
-        room = recognise_as_paper(scan, classifier, up=up_of(scan, up), settings=settings)
+        room = recognise_as_paper(scan, classifier, up=up, settings=settings)
     say_remarks(scan, room)
     used = places_in(scan, room, put) if places or put is not None else None
     if out is not None:
@@ -144,7 +145,7 @@ def require_method(method: str | None, model: Path | None):
 
 
 def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Path | None, ...]) -> Scan | None:
-    """Return the scan of a bag's cloud, None if the file is no bag."""
+    """Return the scan of a cloud in a bag, None if the file is no bag."""
     from ..ros.bag import is_bag, load_bag
 
     if is_bag(file):
@@ -159,13 +160,8 @@ def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Pa
     return None
 
 
-def up_of(scan: Scan, up: str) -> str:
-    """Return which way up a scan is: as asked for, or as its frame is known to be."""
-    return "z" if up == "auto" and scan.level_frame is not None else up
-
-
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:
-    """Return the scan of a cloud's or of a depth image's file."""
+    """Return the scan of a point cloud's or a depth image's file."""
     from ..scans.depth_image import IMAGES, load_depth_image
     from ..scans.scan import load_scan
 
@@ -178,7 +174,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
 
 
 def warm_up_recognition(classifier: FunctionModel):
-    """Make the simulator compile or load its code, so that the times of stages do not include it."""
+    """Compile or load all code, so that the times of stages do not include it."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
 
@@ -191,7 +187,7 @@ def warm_up_recognition(classifier: FunctionModel):
 
 
 def say_remarks(scan: Scan, room: Room):
-    """Print remarks on stderr about what the user may not expect."""
+    """Print remarks on stderr about results that the user may not expect."""
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
         "assumed": "neither a floor nor a table top was found under the scene; its lowest point serves as ground",
@@ -206,11 +202,10 @@ def say_remarks(scan: Scan, room: Room):
 
 
 def places_in(scan: Scan, room: Room, put: Path | None) -> dict[int | None, list[Place]]:
-    """Return the places of each object of a room, and how long it took to find them."""
+    """Return the places of each object of a room; the time is added to the room's stages."""
     from ..recognition.objects import places_in_room
 
-    watch = Stopwatch()
-    found = places_in_room(scan, room, put)
+    watch, found = Stopwatch(), places_in_room(scan, room, put)
     watch.lap("places")
     room.stages.update(watch.seconds)
     return found

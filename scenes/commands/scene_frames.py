@@ -1,4 +1,4 @@
-"""``spherefunc scene --frames``: a room from depth images over time, whose objects keep their ids."""
+"""``spherefunc scene --frames``: the objects of a room from depth images over time; they keep their ids."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 def require_frames_alone(frames: Path | None, others: dict[str, object], only: dict[str, object]):
-    """Raise InputError for options of single scans with --frames, and those of --frames without it."""
-    wrong, beside = (others, "without --frames") if frames is not None else (only, "with --frames DIR")
-    name = next((name for name, value in wrong.items() if value is not None), None)
-    if name is not None:
-        raise InputError(f"{name}: expected {beside}")
+    """Raise InputError for options of single scans with --frames, and for those of --frames without it."""
+    wrong, where = (others, "without --frames") if frames is not None else (only, "with --frames DIR")
+    for name, value in wrong.items():
+        if value is not None:
+            raise InputError(f"{name}: expected {where}")
 
 
 def scene_of_frames(
@@ -36,7 +36,7 @@ def scene_of_frames(
     json: bool,
     remarks: Callable[[Scan, Room], None],
 ):
-    """Fuse the images of a folder, write and print what was found, and leave with code 2 if any was left out."""
+    """Fuse the images of a folder, write and print the objects, and exit with code 2 if an image was left out."""
     from ..report.files import room_json
 
     failures = Failures()
@@ -47,14 +47,17 @@ def scene_of_frames(
         write_files(scan, room, out, folder.resolve().name)
     if json:
         whole = room_json(scan, room) | {"file": str(folder)} | fused_json(fusion, source)
-        print_json(whole | {"objects": [tracked_json(*pair) for pair in zip(whole["objects"], objects, strict=True)]})
+        for row, item in zip(whole["objects"], objects, strict=True):
+            moved = None if item.moved is None else item.moved.round(4).tolist()
+            row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
+        print_json(whole)
     else:
         print_fused(fusion, objects)
     failures.exit()
 
 
 def write_files(scan: Scan, room: Room, out: Path, stem: str):
-    """Write the files of a room, and say which."""
+    """Write the files of a room, and print their paths."""
     from ..report.files import write_room
 
     for path in write_room(scan, room, out, stem):
@@ -62,9 +65,9 @@ def write_files(scan: Scan, room: Room, out: Path, stem: str):
 
 
 def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) -> list[FusedObject]:
-    """Add the images of a folder one by one, recognise after this many, and return the objects at the end.
+    """Add the images of a folder one by one, recognise after every so many, and return the objects at the end.
 
-    An image that cannot be used is said and left out, and the rest goes on; not so where odometry is lost.
+    An image that cannot be used is reported and left out; lost odometry is an error.
     """
     from ..fusion.tracking import OdometryLost
 
@@ -85,36 +88,26 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
 
 
 def fused_json(fusion: SceneFusion, source: Frames) -> dict[str, object]:
-    """Return for JSON what `room_json` does not know: ids, images and motions of the objects."""
+    """Return the JSON fields that `room_json` lacks: images, the source of poses, and objects that are gone."""
     return {
         "frames": {"fused": len(fusion.views), "left_out": len(source.frames) - len(fusion.views)},
         "poses": "given" if source.posed else "odometry",
         "gone": [
-            {
-                "id": item.id,
-                "functions": sorted(item.functions),
-                "center": item.center.round(4).tolist(),
-                "seen": item.seen,
-            }
-            for item in fusion.gone
+            {"id": one.id, "functions": sorted(one.functions), "center": one.center.round(4).tolist(), "seen": one.seen}
+            for one in fusion.gone
         ],
         "stages": {name: round(seconds, 4) for name, seconds in (fusion.stages | fusion.room.stages).items()},
     }
 
 
-def tracked_json(row: dict[str, object], item: FusedObject) -> dict[str, object]:
-    """Return an object's row with the id that it keeps; ``label`` is its number in the labelled PLY."""
-    moved = None if item.moved is None else item.moved.round(4).tolist()
-    return row | {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}
-
-
 def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
-    """Print the objects with a function, and what moved or is gone."""
+    """Print the objects with a function, and those that are gone."""
     names = fusion.room.function_names
     rows = [
         [str(item.id), ", ".join(sorted(item.functions)), *(f"{item.scores[name]:.2f}" for name in names)]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
-        + [" ".join(f"{place:.2f}" for place in item.box.center), str(item.seen), motion_text(item)]
+        + [" ".join(f"{place:.2f}" for place in item.box.center), str(item.seen)]
+        + ["" if item.moved is None else " ".join(f"{shift:.2f}" for shift in item.moved)]
         for item in objects
         if item.functions
     ]
@@ -125,8 +118,3 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     show(f"seconds of the last image and the last update: {stages}")
     for one in fusion.gone:
         say(f"gone: object {one.id}, {', '.join(sorted(one.functions)) or 'of no function'}")
-
-
-def motion_text(item: FusedObject) -> str:
-    """Return an object's last motion as a text, empty for none."""
-    return "" if item.moved is None else " ".join(f"{shift:.2f}" for shift in item.moved)

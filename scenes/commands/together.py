@@ -1,4 +1,4 @@
-"""``spherefunc together``: several objects in their places, and what each takes from the others."""
+"""``spherefunc together``: several objects in their places, and what each takes away from the others."""
 
 from __future__ import annotations
 
@@ -66,19 +66,22 @@ def together(
     [(_, found)] = run_tasks(classify_files, tasks, ["all together"], isolate=isolate)
     if isinstance(found, InputError):
         raise found
-    draw(found, picture, page)
+    names = list(found.objects[0].alone)
+    head = ["file", "stands on", "at, m", "spheres", "level alone, m²", "together", "taken by", *names]
+    rows = [row_of(item) for item in found.objects]
+    draw(found, picture, page, head, rows)
     for note in found.notes:
         say(note)
     if json:
         print_json(as_json(found, [path for path, _ in placed]))
     else:
-        print_table(f"Spheres of radius {format_length(found.radius)} on all of them", head_of(found), rows_of(found))
+        print_table(f"Spheres of radius {format_length(found.radius)} on all of them", head, rows)
 
 
 def classify_files(
     placed: list[tuple[Path, Placement]], classifier: FunctionModel, settings: TogetherSettings, up: str, units: str
 ) -> Together:
-    """Return what is known of files' objects in their places."""
+    """Return the objects of files in their places, classified alone and together."""
     from spherefunc_bullet.clouds.cloud import load_cloud
 
     from ..arrangements.together import classify_together, put_down
@@ -87,8 +90,8 @@ def classify_files(
     return classify_together(put_down(clouds, [placement for _, placement in placed]), classifier, settings)
 
 
-def draw(found: Together, picture: Path | None, page: Path | None):
-    """Draw objects and write their page, where that is asked for."""
+def draw(found: Together, picture: Path | None, page: Path | None, head: list[str], rows: list[list[str]]):
+    """Write the picture and the page of objects, with the table in it, if they are wanted."""
     if picture is None and page is None:
         return
     from spherefunc_bullet.viewer.mechanics_pictures import write_picture
@@ -99,11 +102,11 @@ def draw(found: Together, picture: Path | None, page: Path | None):
     if picture is not None:
         write_picture(drawn, picture)
     if page is not None:
-        write_together_page(found, drawn, head_of(found), rows_of(found), page)
+        write_together_page(found, drawn, head, rows, page)
 
 
 def as_json(found: Together, files: list[Path]) -> Row:
-    """Return what is printed as JSON: areas in square metres, places in metres."""
+    """Return an arrangement for JSON: areas in square metres, places in metres."""
     drop = found.drop
     return {
         "objects": [json_of(item, file) for item, file in zip(found.objects, files, strict=True)],
@@ -115,7 +118,7 @@ def as_json(found: Together, files: list[Path]) -> Row:
 
 
 def json_of(item: ArrangedResult, file: Path) -> Row:
-    """Return what is printed of one object."""
+    """Return one object for JSON."""
     level = item.level
     return {
         "file": str(file),
@@ -126,47 +129,30 @@ def json_of(item: ArrangedResult, file: Path) -> Row:
         "spheres": len(item.carries),
         "level": level and {name: rounded(value) for name, value in asdict(level).items()},
         "functions": {
-            name: {"alone": membership_json(membership), "together": membership_json(item.together[name])}
-            for name, membership in item.alone.items()
+            name: {
+                among: {"member": one.member, "score": one.score}
+                for among, one in (("alone", alone), ("together", item.together[name]))
+            }
+            for name, alone in item.alone.items()
         },
     }
 
 
-def membership_json(membership: Any) -> Row:
-    """Return whether and how much an object has a function."""
-    return {"member": membership.member, "score": membership.score}
-
-
 def rounded(value: Any) -> Any:
-    """Return numbers to a hundredth of a square decimetre."""
+    """Return a number, or the numbers in a dictionary, with five decimals."""
     if isinstance(value, dict):
         return {name: rounded(one) for name, one in value.items()}
     return round(value, 5) if isinstance(value, float) else value
 
 
-def head_of(found: Together) -> list[str]:
-    """Return the heads of the table's columns."""
-    names = list(found.objects[0].alone)
-    return ["file", "stands on", "at, m", "spheres", "level alone, m²", "together", "taken by", *names]
-
-
-def rows_of(found: Together) -> list[list[str]]:
-    """Return a row for each object; scores alone and together where they differ."""
-    return [row_of(item) for item in found.objects]
-
-
 def row_of(item: ArrangedResult) -> list[str]:
-    """Return one object's row."""
+    """Return one object's row; scores alone and together where they differ."""
     at = " ".join(f"{coordinate:.2f}" for coordinate in item.placed.shift)
-    start = [item.name, ", ".join(item.stands_on), at, str(len(item.carries))]
-    scores = [change_of(membership.score, item.together[name].score) for name, membership in item.alone.items()]
+    start, scores = [item.name, ", ".join(item.stands_on), at, str(len(item.carries))], []
+    for name, membership in item.alone.items():
+        before, after = f"{membership.score:.2f}", f"{item.together[name].score:.2f}"
+        scores.append(after if before == after else f"{before} → {after}")
     if item.level is None:
         return [*start, "", "", "", *scores]
     taken = [f"{name} {area:.3g}" for name, area in item.level.taken.items() if area > 0]
     return [*start, f"{item.level.alone:.3g}", f"{item.level.together:.3g}", ", ".join(taken), *scores]
-
-
-def change_of(alone: float, together: float) -> str:
-    """Return two scores, or one where they are as good as equal."""
-    before, after = f"{alone:.2f}", f"{together:.2f}"
-    return after if before == after else f"{before} → {after}"

@@ -1,6 +1,6 @@
 """Fusion: depth images over time as one map, whose objects keep their ids.
 
-Depth images with poses (`frames`, or `odometry` where poses are missing) go into a truncated signed distance (`grid`);
-what each image shows again is kept small (`views`); `tracking` gives known objects their ids, `scene_fusion` is the
-whole in one class.
+`frames` reads depth images and poses, `grid` fuses them into a truncated signed distance and keeps a small view of
+each, `tracking` estimates missing poses and gives known objects their ids, and `scene_fusion` is the whole in one
+class.
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,10 +23,10 @@ _DEPTH_PNG, _POSE_TXT = ".depth.png", ".pose.txt"
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """A depth image's file, and where its pose comes from."""
+    """A depth image's file, and the source of its pose."""
 
     path: Path
-    pose: np.ndarray | Path | None = None  # T_world_camera (4, 4), the file that has it, or none is known
+    pose: np.ndarray | Path | None = None  # T_world_camera (4, 4), or its file; None: unknown
     scale: float = SCALE  # depth values per metre
 
     def depth(self) -> np.ndarray:
@@ -34,7 +35,7 @@ class Frame:
         Raises
         ------
         InputError
-            If it is no depth image.
+            If the file is no depth image.
         """
         depth = read_depth(self.path)
         if depth.dtype.kind in "iu":
@@ -59,8 +60,8 @@ class Frames:
     """The depth images of a folder, in their order."""
 
     frames: list[Frame]
-    posed: bool  # whether poses are known at all
-    intrinsics: Intrinsics | None  # None: not known
+    posed: bool  # whether any pose is known
+    intrinsics: Intrinsics | None  # None: unknown
 
     def camera_of(self, depth: np.ndarray) -> Intrinsics:
         """Return the camera of a depth image (H, W)."""
@@ -80,15 +81,14 @@ def open_frames(
     Parameters
     ----------
     folder : Path
-        With ``frame-000000.depth.png`` and ``frame-000000.pose.txt`` (3DMatch, 7-Scenes), or with images that are
-        named by their time or listed in ``depth.txt`` (TUM), or with images in order (Redwood); these may lie in
-        ``depth/`` too.
+        With ``frame-000000.depth.png`` and ``frame-000000.pose.txt`` (3DMatch, 7-Scenes), or with images named by their
+        time or listed in ``depth.txt`` (TUM), or with images in order (Redwood), which may also be in ``depth/``.
     poses : Path, optional
-        ``.log`` (Redwood), else lines of ``timestamp tx ty tz qx qy qz qw`` (TUM); ``groundtruth.txt`` of the folder
-        where there is one. Both say where the camera is in the world.
+        Poses of the camera in the world: ``.log`` (Redwood), or lines of ``timestamp tx ty tz qx qy qz qw`` (TUM); by
+        default ``groundtruth.txt`` of the folder, if there is one.
     intrinsics : Path, optional
-        JSON as Open3D writes it, or a camera matrix of 3 x 3 numbers; ``camera-intrinsics.txt`` in the folder or
-        above it where there is one.
+        JSON as Open3D writes it, or a camera matrix of 3 x 3 numbers; by default ``camera-intrinsics.txt`` in the
+        folder or above it, if there is one.
     depth_scale : float, optional
         Depth values per metre; 5000 for TUM's, else 1000.
     report : callable, optional
@@ -103,7 +103,7 @@ def open_frames(
         raise InputError(f"{one_line(folder)}: expected a folder of depth images, found none; check the path")
     if depth_scale is not None and not (np.isfinite(depth_scale) and depth_scale > 0):
         raise InputError(f"--depth-scale {depth_scale:g}: expected more than zero depth values per metre")
-    report = report or (lambda line: None)
+    report, named = report or (lambda line: None), one_line(folder.name)
     timed = timed_images(folder)
     paths = list(timed.values()) if timed else images_in(folder)
     if not paths:
@@ -111,20 +111,18 @@ def open_frames(
     if poses is None and timed and (folder / "groundtruth.txt").is_file():
         poses = folder / "groundtruth.txt"
     known = poses_of(paths, timed, poses)
-    camera = camera_in(folder, intrinsics)
+    camera, posed = camera_in(folder, intrinsics), any(pose is not None for pose in known)
     if camera is None:
-        report(
-            f"{one_line(folder.name)}: no camera given, so taken to be a first Kinect's; --intrinsics says otherwise"
-        )
-    if not any(pose is not None for pose in known):
-        report(f"{one_line(folder.name)}: no poses found, so Open3D's odometry tells them; --poses says otherwise")
+        report(f"{named}: no camera given, so taken to be a first Kinect's; --intrinsics says otherwise")
+    if not posed:
+        report(f"{named}: no poses found, so Open3D's odometry tells them; --poses says otherwise")
     scale = depth_scale or (TUM_SCALE if timed else SCALE)
     frames = [Frame(path=path, pose=pose, scale=scale) for path, pose in zip(paths, known, strict=True)]
-    return Frames(frames=frames, posed=any(pose is not None for pose in known), intrinsics=camera)
+    return Frames(frames=frames, posed=posed, intrinsics=camera)
 
 
 def timed_images(folder: Path) -> dict[float, Path]:
-    """Return the images of a folder by their time, in seconds: listed in ``depth.txt``, or by their names."""
+    """Return the images of a folder by their time, in seconds, from ``depth.txt`` or from their names."""
     listing = folder / "depth.txt"
     if listing.is_file():
         rows = [line.split() for line in lines_of(listing)]
@@ -132,7 +130,7 @@ def timed_images(folder: Path) -> dict[float, Path]:
         if len(times) < len(rows) or any(time is None for time in times):
             raise InputError(f"{listing.name}: expected lines of a timestamp and a file's name, found others")
         return dict(sorted((time, folder / row[1]) for time, row in zip(times, rows, strict=True)))
-    # Plain numbers are places in an order, not times.
+    # Whole numbers are positions in a sequence, not times.
     times = {as_number(path.stem): path for path in images_in(folder) if "." in path.stem}
     return {} if None in times else dict(sorted(times.items()))
 
@@ -148,32 +146,27 @@ def images_in(folder: Path) -> list[Path]:
 
 
 def poses_of(paths: list[Path], timed: dict[float, Path], poses: Path | None) -> list[np.ndarray | Path | None]:
-    """Return each image's pose, the file of it, or None."""
+    """Return the pose of each image, or its file, or None."""
     if poses is not None and poses.suffix.lower() == ".log":
         return list(read_log(poses, len(paths)))
     if poses is not None:
         if not timed:
             raise InputError(f"{poses.name}: expected images named by their time, as poses are; found {paths[0].name}")
         times, known = read_tum(poses)
-        return [nearest_in_time(time, times, known) for time in timed]
-    beside = [path.with_name(path.name.removesuffix(_DEPTH_PNG) + _POSE_TXT) for path in paths]
-    return [pose if path.name.endswith(_DEPTH_PNG) and pose.is_file() else None
-            for path, pose in zip(paths, beside, strict=True)]  # fmt: skip
-
-
-def nearest_in_time(time: float, times: np.ndarray, poses: np.ndarray) -> np.ndarray | None:
-    """Return the pose (4, 4) nearest to a time, None if it is too far off."""
-    place = int(np.argmin(np.abs(times - time)))
-    return poses[place] if abs(times[place] - time) <= NEAR_IN_TIME else None
+        nearest = [(time, int(np.argmin(np.abs(times - time)))) for time in timed]
+        return [known[place] if abs(times[place] - time) <= NEAR_IN_TIME else None for time, place in nearest]
+    files = [path.with_name(path.name.removesuffix(_DEPTH_PNG) + _POSE_TXT) for path in paths]
+    has_pose = [path.name.endswith(_DEPTH_PNG) and pose.is_file() for path, pose in zip(paths, files, strict=True)]
+    return [pose if has else None for pose, has in zip(files, has_pose, strict=True)]
 
 
 def read_tum(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times (P,), seconds, and the poses T_world_camera (P, 4, 4) of a file as TUM writes it.
+    """Return the times (P,), seconds, and the poses T_world_camera (P, 4, 4) of a file in TUM's format.
 
     Raises
     ------
     InputError
-        If it is none.
+        If it is in no such format.
     """
     from scipy.spatial.transform import Rotation
 
@@ -188,7 +181,7 @@ def read_tum(path: Path) -> tuple[np.ndarray, np.ndarray]:
     length = np.linalg.norm(table[:, 4:], axis=1)
     usable = np.isfinite(table).all(axis=1) & (length > 0.5)
     poses[usable, :3, :3] = Rotation.from_quat(table[usable, 4:]).as_matrix()
-    poses[~usable] = np.nan  # said where an image has it
+    poses[~usable] = np.nan  # reported for the image that has this pose
     return table[:, 0], poses
 
 
@@ -203,29 +196,23 @@ def read_log(path: Path, count: int) -> Iterator[np.ndarray | None]:
 
 
 def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
-    """Return the camera that is given, or that lies beside the images; its size is that of the first image."""
+    """Return the camera that is given, or found next to the images; its size is the first readable image's."""
     beside = (place / "camera-intrinsics.txt" for place in (folder, folder.parent))
     path = intrinsics or next((file for file in beside if file.is_file()), None)
     if path is None:
         return None
     if path.suffix.lower() == ".json":
         return read_intrinsics(path)
-    size = first_size(images_in(folder)) or (640, 480)
+    size = (640, 480)
+    for image in images_in(folder):
+        with suppress(InputError):
+            size = read_depth(image).shape[::-1]
+            break
     return camera_of_matrix(numbers_of(path, (3, 3)), size, path.name)
 
 
-def first_size(paths: list[Path]) -> tuple[int, int] | None:
-    """Return width and height of the first image that can be read, in pixels."""
-    for path in paths:
-        try:
-            return read_depth(path).shape[::-1]
-        except InputError:
-            continue
-    return None
-
-
 def numbers_of(path: Path, shape: tuple[int, int]) -> np.ndarray:
-    """Return a matrix of a text file."""
+    """Return a matrix from a text file."""
     words = [as_number(word) for line in lines_of(path) for word in line.split()]
     if len(words) != shape[0] * shape[1] or None in words:
         raise InputError(f"{path.name}: expected {shape[0]} x {shape[1]} numbers, found {len(words)} words")

@@ -15,9 +15,9 @@ from ..scans.depth_image import Intrinsics
 if TYPE_CHECKING:
     from open3d.core import Tensor
 
-POOL = 4  # pixels along the side of a window; what is narrower than one is no evidence
+POOL = 4  # pixels along the side of a window; narrower gaps are no evidence
 LEAST_FILLED = 0.5  # of a window's pixels that have a depth
-MARGIN = 0.03  # metres of depth within which a point lies on what is measured,
+MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
 MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
 UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
 
@@ -26,8 +26,8 @@ UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
 class View:
     """A depth image in windows of a few pixels, with its camera."""
 
-    nearest: np.ndarray  # (h, w) float32, least depth of each window, metres; NaN where too few pixels have one
-    farthest: np.ndarray  # (h, w) float32, likewise the largest
+    nearest: np.ndarray  # (h, w) float32, least depth of each window, metres; NaN where too few pixels have depth
+    farthest: np.ndarray  # (h, w) float32, likewise the largest depth
     intrinsics: Intrinsics
     T_world_camera: np.ndarray  # (4, 4)
 
@@ -46,7 +46,7 @@ class View:
         return out
 
     def pixels(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the row and column of the window that each point (N, 3) falls in, -1 outside, and its depth."""
+        """Return row and column of the window of each point (N, 3), -1 outside the image, and the point's depth."""
         R, t = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
         x, y, depth = ((points - t) @ R).T
         ahead = depth > 0.05
@@ -76,9 +76,9 @@ def view_of(depth: np.ndarray, intrinsics: Intrinsics, T_world_camera: np.ndarra
 
 
 BLOCK = 8  # voxels along a block's side
-BLOCKS = 20_000  # room for this many at first; it grows
+BLOCKS = 20_000  # initial capacity, which grows
 NEARNESS_NOISE = 0.0019  # 1/m, deviation of a Kinect's inverse depth, the same at every depth (Nguyen et al. 2012)
-AROUND = 0.04  # metres about an object's points that are forgotten with it
+AROUND = 0.04  # metres around an object's points that are forgotten with it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,9 +87,9 @@ class FusionSettings:
 
     voxel_size: float = 0.01  # metres
     truncation: float = 4.0  # voxels on both sides of a surface that hold its distance
-    farthest: float = 5.0  # metres: depth beyond is left out
-    smoothing: int = 9  # pixels across which each depth image is smoothed within its noise; 1: not at all
-    least_weight: float = 0.5  # images that have seen a surface: more than this many
+    farthest: float = 5.0  # metres: larger depth is left out
+    smoothing: int = 9  # pixels across which each depth image is smoothed within its noise; 1: no smoothing
+    least_weight: float = 0.5  # a surface has to be seen in more images than this
 
     def __post_init__(self):
         if not 0.002 <= self.voxel_size <= 0.1:
@@ -100,7 +100,7 @@ class FusionSettings:
 
 
 class DistanceGrid:
-    """The map: for each voxel near a surface its distance to it, over all images so far."""
+    """The map: for each voxel near a surface its mean signed distance in all images so far."""
 
     def __init__(self, settings: FusionSettings):
         import open3d as o3d
@@ -113,14 +113,16 @@ class DistanceGrid:
     def add(self, depth: np.ndarray, view: View):
         """Add a depth image (H, W) float, metres, NaN where nothing was measured.
 
-        Blocks of the map that the image looks through are brought up to date too, so that averages fall where
-        something was before. Where the map is free and the image shows a surface, the image alone counts.
+        Blocks of the map that the image looks through are updated as well, so that removed objects fade. Where the map
+        is free and the image shows a surface, only the image counts.
         """
         import open3d as o3d
 
         settings, core = self.settings, o3d.core
         image = o3d.t.geometry.Image(core.Tensor(np.nan_to_num(depth, nan=0.0).astype(np.float32)[..., None].copy()))
-        matrix = core.Tensor(camera_matrix(view.intrinsics))
+        # Pixel coordinates are truncated instead of rounded there, so that pixel centres are at halves.
+        lens = view.intrinsics
+        matrix = core.Tensor(np.array([[lens.fx, 0, lens.cx + 0.5], [0, lens.fy, lens.cy + 0.5], [0, 0, 1.0]]))
         extrinsic = core.Tensor(np.linalg.inv(view.T_world_camera))
         camera = (matrix, extrinsic, 1.0, settings.farthest, settings.truncation)
         near = self.blocks.compute_unique_block_coordinates(image, *camera)
@@ -132,7 +134,7 @@ class DistanceGrid:
 
     def points(self) -> np.ndarray:
         """Return the surface as points (N, 3) float64, metres, in the world's frame."""
-        if not self.used():
+        if not int(self.blocks.hashmap().size()):
             return np.zeros((0, 3))
         try:
             cloud = self.blocks.extract_point_cloud(self.settings.least_weight)
@@ -141,7 +143,7 @@ class DistanceGrid:
         return cloud.point.positions.numpy().astype(np.float64)
 
     def forget(self, points: np.ndarray, views: Sequence[View]):
-        """Forget what is around the points (N, 3) of an object that is gone, but what views show to be there still."""
+        """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""
         import open3d as o3d
         from scipy.spatial import cKDTree
 
@@ -156,7 +158,7 @@ class DistanceGrid:
         self.values("weight")[places[~there]] = 0.0
 
     def forget_free(self, near: Tensor, view: View):
-        """Forget voxels in blocks (M, 3) where the map is free for sure and a view shows a surface."""
+        """Forget voxels in blocks (M, 3) where the map is certainly free and a view shows a surface."""
         voxels, places = self.voxels(near)
         if not len(places):
             return
@@ -165,8 +167,8 @@ class DistanceGrid:
         row, column, depth = view.pixels(voxels[free])
         nearest, farthest = view.nearest[row, column], view.farthest[row, column]
         band = self.settings.truncation * self.settings.voxel_size
-        # The window is of one surface, and the voxel lies in it or behind: noise of single pixels forgets nothing. What
-        # is free behind is forgotten as well, else a second surface would come out where the new one's inside ends.
+        # The window shows one surface, and the voxel is in or behind it: noise of single pixels forgets nothing. Free
+        # voxels behind it are forgotten as well, or a second surface would appear where the new one's inside ends.
         shown = (row >= 0) & (farthest - nearest < band) & (depth > nearest)
         weight[places[free[shown]]] = 0.0
 
@@ -180,33 +182,21 @@ class DistanceGrid:
         return keys[(row >= 0) & (depth < self.settings.farthest)]
 
     def voxels(self, keys: Tensor) -> tuple[np.ndarray, np.ndarray]:
-        """Return the voxels (N, 3) of those blocks (M, 3) that the map has, metres, and their places (N,)."""
+        """Return the voxels (N, 3), metres, of those blocks (M, 3) that the map has, and their indices (N,)."""
         table = self.blocks.hashmap()
         places, known = table.find(keys)
         coordinates, flat = self.blocks.voxel_coordinates_and_flattened_indices(places[known])
         return coordinates.numpy().astype(np.float64), flat.numpy().ravel()
 
     def values(self, name: str) -> np.ndarray:
-        """Return an attribute of all voxels (N,) float32, to be read and written."""
+        """Return an attribute of all voxels (N,) float32, readable and writable."""
         return self.blocks.attribute(name).numpy().reshape(-1)
-
-    def used(self) -> int:
-        """Return how many blocks the map has."""
-        return int(self.blocks.hashmap().size())
-
-
-def camera_matrix(camera: Intrinsics) -> np.ndarray:
-    """Return the matrix (3, 3) as VoxelBlockGrid takes it.
-
-    It cuts pixel coordinates off instead of rounding them, so that its pixels' middles lie at halves.
-    """
-    return np.array([[camera.fx, 0, camera.cx + 0.5], [0, camera.fy, camera.cy + 0.5], [0, 0, 1.0]])
 
 
 def smoothed_depth(depth: np.ndarray, size: int) -> np.ndarray:
-    """Return a depth image (H, W), metres, smoothed within its noise (Newcombe et al. 2011: a bilateral filter).
+    """Return a depth image (H, W), metres, smoothed within its noise by a bilateral filter (Newcombe et al. 2011).
 
-    Inverse depth is smoothed, whose noise is the same at every depth; NaN stays NaN, and edges stay.
+    Inverse depth is smoothed, whose noise is the same at every depth; NaN and edges are kept.
     """
     import open3d as o3d
 

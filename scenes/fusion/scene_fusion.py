@@ -27,8 +27,8 @@ from .tracking import KnownObject, Tracker, motion
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
-_ORTHONORMAL = 1e-3  # by which a pose's axes may fail to be unit vectors at right angles
-_HEADING = 0.1  # what cameras' own up counts beside their level axes
+_ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
+_HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +37,7 @@ class FusedObject:
 
     id: int  # the same in every update
     label: int  # its place in `Room.objects`, and in `Room.labels`
-    functions: frozenset[str]  # that it has; empty for none
+    functions: frozenset[str]  # that it has; empty if it has none
     scores: dict[str, float]  # of each function, 0 to 1
     box: Box  # upright; in the world's frame, if that is level
     corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the world's frame, level or not
@@ -47,7 +47,7 @@ class FusedObject:
 
 
 class SceneFusion:
-    """Depth images over time, fused, with the functions of the objects that they show.
+    """Fused depth images over time, with the functions of their objects.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class SceneFusion:
         self.fusion = fusion or FusionSettings()
         self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()
         self.views: list[View] = []
-        self.updated = 0  # views that the last update knew
+        self.updated = 0  # number of views at the last update
         self.room: Room | None = None  # of the last update
         self.scan: Scan | None = None  # its points
         self._last: tuple[np.ndarray, np.ndarray] | None = None  # depth and pose, for odometry
@@ -89,7 +89,7 @@ class SceneFusion:
     def add(
         self, depth: ArrayLike, intrinsics: Intrinsics | ArrayLike, pose: ArrayLike | None = None, name: str = "depth"
     ) -> SceneFusion:
-        """Add a depth image, and return this.
+        """Add a depth image, and return self.
 
         Parameters
         ----------
@@ -97,15 +97,15 @@ class SceneFusion:
             0, NaN and infinity are unseen.
         intrinsics : Intrinsics, or (3, 3) array_like in pixels
         pose : (4, 4) array_like, optional
-            T_world_camera; the camera looks along z, y is down. Without one, Open3D's odometry tells it from the
-            image before, and the first camera's frame is the world's.
+            T_world_camera; the camera looks along z, y is down. Without one, Open3D's odometry estimates it from the
+            previous image, and the first camera's frame is the world's.
         name : str
-            What errors call the image.
+            Of the image, in errors.
 
         Raises
         ------
         InputError
-            If image, camera or pose cannot be used, or odometry is lost; the map stays as it was.
+            If image, camera or pose cannot be used, or odometry is lost; the map is then unchanged.
         """
         watch = Stopwatch()
         depth = checked_depth(depth, name)
@@ -133,12 +133,12 @@ class SceneFusion:
         return T_world_before @ motion(depth, before, camera, name, farthest=self.fusion.farthest)
 
     def objects(self) -> list[FusedObject]:
-        """Recognise the map as it is now, and return its objects; known ones keep their ids.
+        """Recognise the objects of the current map and return them; known objects keep their ids.
 
         Raises
         ------
         InputError
-            If the images show too little, or no surfaces.
+            If the images show too few points, or no surfaces.
         """
         if not self.views:
             raise InputError("fusion: expected a depth image first, got none; call add")
@@ -159,7 +159,7 @@ class SceneFusion:
         return [self.fused_object(label, number) for label, number in enumerate(ids)]
 
     def fused_object(self, label: int, number: int) -> FusedObject:
-        """Return one object of the last update, by its place in the room and its id."""
+        """Return one object of the last update, by its number in the room and its id."""
         item, known = self.room.objects[label], self.tracker.known[number]
         return FusedObject(
             id=number,
@@ -175,12 +175,12 @@ class SceneFusion:
 
     @property
     def gone(self) -> list[KnownObject]:
-        """Objects whose place was seen to be free, and that were not found elsewhere."""
+        """Objects whose place was seen to be free and that were not found elsewhere."""
         return [item for item in self.tracker.known if item.gone]
 
 
 def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
-    """Return what is recognised in a map, whichever way its frame is turned."""
+    """Return the room recognised in a map, whatever the orientation of its frame."""
     if fusion.up != "auto":
         return recognise(scan, fusion.model, up=fusion.up, **fusion.how)
     T_turned_scan = upright_by_cameras(scan.points, [view.T_world_camera for view in fusion.views])
@@ -191,10 +191,10 @@ def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
 
 
 def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray:
-    """Return a transform (4, 4) that turns what the cameras say is up to z, and the points' middle to the origin.
+    """Return a transform (4, 4) of the cameras' common up to z, and of the points' middle to the origin.
 
-    Cameras are mostly held level, so that their x axes have no share of up; which way is said by their y axes, which
-    point down. About the origin, the points are not taken for those of one camera in it.
+    Cameras are mostly held level, so that their x axes are perpendicular to up; the sign comes from their y axes, which
+    point down. Around the origin, the points are not mistaken for the view of one camera there.
     """
     x, up = (np.array([sign * pose[:3, axis] for pose in poses]) for sign, axis in ((1, 0), (-1, 1)))
     mean = up.mean(axis=0)

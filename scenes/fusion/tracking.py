@@ -1,4 +1,4 @@
-"""Known objects over time: which of the map is which of before, and what is gone or has moved."""
+"""Known objects over time: which objects of the map are known, gone or moved, and the camera's motion by odometry."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from ..recognition.room import SceneObject
 from ..scans.depth_image import Intrinsics
 from .grid import FREE, PRESENT, View
 
-SHARED = 0.04  # metres about an object's points that count as its volume
-CELL = 0.02  # metres: an object's points are compared one a cell
+SHARED = 0.04  # metres around an object's points that count as its volume
+CELL = 0.02  # metres: one point in each cell of this side is compared
 SAME = 0.3  # of the volume of two objects that they share at least, if they are one
-SIMILAR = 0.4  # by which the spread of an object that has moved may differ: other parts of it are hidden
-JUDGED = 0.2  # of an object's points that a view must show, or show to be free, to say anything of it
-GONE = 0.6  # of those that are free at least, where it is gone
-LEAST_MOVE = 0.05  # metres that a known object's middle shifts at least, if it has moved
+SIMILAR = 0.4  # by which the spread of an object that has moved may differ, since other parts of it are hidden
+JUDGED = 0.2  # of an object's points that a view must show present or free, to count
+GONE = 0.6  # of those, the least free share of an object that is gone
+LEAST_MOVE = 0.05  # metres by which the middle of a moved object shifts, at least
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KnownObject:
-    """An object of the map, as far as it is known now."""
+    """An object of the map in its latest known state."""
 
-    id: int  # for good: no other object ever gets it
-    points: np.ndarray  # (N, 3) float64, metres, one a cell, in the world's frame
+    id: int  # never given to another object
+    points: np.ndarray  # (N, 3) float64, metres, one in each cell, in the world's frame
     functions: frozenset[str]
     seen: int = 0  # images that show it
     moved: np.ndarray | None = None  # (3,) metres that its middle went when it last moved; None: it stayed
@@ -35,7 +35,7 @@ class KnownObject:
 
     @property
     def center(self) -> np.ndarray:
-        """The middle (3,) of where all but a few of its points lie, metres."""
+        """The middle (3,) of its points without outliers, metres."""
         return np.percentile(self.points, [5, 95], axis=0).mean(axis=0)
 
     @property
@@ -46,12 +46,12 @@ class KnownObject:
 
 @dataclass
 class Tracker:
-    """All objects that were ever found."""
+    """All objects that have ever been found."""
 
     known: list[KnownObject] = field(default_factory=list)
 
     def missing(self, views: Sequence[View]) -> list[KnownObject]:
-        """Mark objects as gone whose place the newest of the views that show it shows to be free; return them."""
+        """Mark objects as gone whose place is free in the newest view of it, and return them."""
         found = []
         for place, item in enumerate(self.known):
             if not item.gone and is_free(item.points, views):
@@ -62,9 +62,10 @@ class Tracker:
     def update(
         self, objects: Sequence[SceneObject], points: Sequence[np.ndarray], views: Sequence[View], new: Sequence[View]
     ) -> list[int]:
-        """Give the objects of a map their ids, in their order.
+        """Return the ids of the objects of a map, in their order.
 
-        Those that share their place with a known one have its id; so have those that look like one that is gone.
+        An object that shares its place with a known one gets its id; so does one that looks like an object that is
+        gone.
 
         Parameters
         ----------
@@ -73,8 +74,8 @@ class Tracker:
         views, new : sequence of View
             All of the map, and those since the last update.
         """
-        found = [KnownObject(id=-1, points=thinned(cloud_points), functions=item.members)
-                 for item, cloud_points in zip(objects, points, strict=True)]  # fmt: skip
+        pairs = zip(objects, points, strict=True)
+        found = [KnownObject(id=-1, points=thinned(cloud), functions=item.members) for item, cloud in pairs]
         staying = [place for place, one in enumerate(self.known) if not one.gone]
         shared = table(found, self.known, staying, shared_volume)
         matches = {i: staying[k] for i, k in assigned(shared, SAME)}
@@ -85,7 +86,7 @@ class Tracker:
         return [self.remember(one, matches.get(i), views, new) for i, one in enumerate(found)]
 
     def remember(self, found: KnownObject, place: int | None, views: Sequence[View], new: Sequence[View]) -> int:
-        """Take what was found over as the known object at a place, or as a new one; return its id."""
+        """Store a found object as the known one at an index, or as a new one; return its id."""
         if place is None:
             self.known.append(replace(found, id=len(self.known), seen=times_seen(found.points, views)))
             return self.known[-1].id
@@ -103,7 +104,7 @@ def thinned(points: np.ndarray) -> np.ndarray:
 
 
 def is_free(points: np.ndarray, views: Sequence[View]) -> bool:
-    """Return whether the newest view that says anything of an object's points (N, 3) says that they are gone."""
+    """Return whether an object's points (N, 3) are gone in the newest view that shows enough of their place."""
     for view in reversed(views):
         verdicts = view.verdicts(points)
         free, present = int((verdicts == FREE).sum()), int((verdicts == PRESENT).sum())
@@ -113,7 +114,7 @@ def is_free(points: np.ndarray, views: Sequence[View]) -> bool:
 
 
 def times_seen(points: np.ndarray, views: Sequence[View]) -> int:
-    """Return in how many views enough of an object's points (N, 3) is present."""
+    """Return the number of views in which enough of an object's points (N, 3) is present."""
     return sum(int((view.verdicts(points) == PRESENT).sum() >= JUDGED * len(points)) for view in views)
 
 
@@ -133,9 +134,9 @@ def shared_volume(one: KnownObject, other: KnownObject) -> float:
 
 
 def likeness(one: KnownObject, other: KnownObject) -> float:
-    """Return how alike two objects are by how far their points spread, 0 to 1; 0 if they are for different uses.
+    """Return the similarity of the spreads of two objects' points, 0 to 1; 0 if their functions differ.
 
-    Boxes would not do: a strip of the floor that is left at an object's foot makes them much longer.
+    Boxes are not suitable, since a strip of floor left at an object's foot makes them much longer.
     """
     if one.functions != other.functions:
         return 0.0
@@ -155,7 +156,7 @@ def table(
 
 
 def assigned(scores: np.ndarray, least: float) -> list[tuple[int, int]]:
-    """Return the pairs of the largest sum of scores (F, K), each used once, none below the least (Kuhn 1955)."""
+    """Return the one-to-one pairs with the largest sum of scores (F, K), none below the least (Kuhn 1955)."""
     from scipy.optimize import linear_sum_assignment
 
     useful = np.where(scores >= least, scores, 0.0)
@@ -164,7 +165,7 @@ def assigned(scores: np.ndarray, least: float) -> list[tuple[int, int]]:
 
 
 LEAST_FITNESS = 0.3  # of the pixels that must agree
-LARGEST_STEP = 0.3  # metres between two images: more is no motion of a camera that keeps its view
+LARGEST_STEP = 0.3  # metres between two images: after a larger motion they do not overlap enough
 LARGEST_TURN = 30.0  # degrees
 _ROUNDS = (20, 10, 5)  # of each scale, from the coarsest
 
@@ -174,12 +175,12 @@ def motion(
 ) -> np.ndarray:
     """Return T_before_now (4, 4) of a camera between two depth images (H, W), metres, NaN where nothing was measured.
 
-    By the distances from points to planes (Open3D's `rgbd_odometry_multi_scale`); colour is not used.
+    By point-to-plane distances (Open3D's `rgbd_odometry_multi_scale`); colour is not used.
 
     Raises
     ------
-    InputError
-        If the images do not tell: little overlap, a fast motion, or a single plane in view.
+    OdometryLost
+        If the motion is not determined: little overlap, a fast motion, or a single plane in view.
     """
     import open3d as o3d
 
@@ -203,7 +204,7 @@ def motion(
 
 
 def rgbd(depth: np.ndarray):
-    """Return a depth image (H, W) as odometry takes it; its colours are nothing."""
+    """Return a depth image (H, W) as Open3D's odometry needs it, with black colours."""
     import open3d as o3d
 
     image = np.nan_to_num(depth, nan=0.0).astype(np.float32)[..., None].copy()
@@ -212,9 +213,9 @@ def rgbd(depth: np.ndarray):
 
 
 class OdometryLost(InputError):
-    """Two images do not tell how the camera moved; what comes after has no place in the map."""
+    """The camera's motion between two images is not determined, so that later images have no place in the map."""
 
 
 def lost(name: str, why: str) -> OdometryLost:
-    """Return the error of odometry that is lost."""
+    """Return the error of lost odometry."""
     return OdometryLost(f"{name}: odometry is lost, {why}; give poses, or images that overlap more")

@@ -31,7 +31,7 @@ SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 
 def room_page(scan: Scan, room: Room) -> str:
-    """Return the page, complete in itself."""
+    """Return the interactive page of a room, as one HTML text without other files."""
     style = "\n".join([viewer_file("viewer.css"), viewer_file("room.css", __package__), viewer_file("dark.css")])
     script = "\n".join([*(viewer_file(name) for name in SCRIPTS), viewer_file("room.js", __package__)])
     data = json.dumps(room_data(scan, room), separators=(",", ":")).replace("<", "\\u003c")
@@ -46,7 +46,7 @@ def room_page(scan: Scan, room: Room) -> str:
 
 
 def lead_html(scan: Scan, room: Room) -> str:
-    """Return what stands above the picture."""
+    """Return the paragraph above the picture."""
     functional = sum(item.main_function is not None for item in room.objects)
     return (
         f"<p class='lead'>{len(scan):,} points, {len(room.objects)} objects, {functional} of them with a function; "
@@ -56,7 +56,7 @@ def lead_html(scan: Scan, room: Room) -> str:
 
 
 def room_data(scan: Scan, room: Room) -> dict[str, object]:
-    """Return what the viewer draws, for JSON."""
+    """Return the data of the viewer, for JSON."""
     points = room.levelling.to_level(scan.points)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     shown = np.flatnonzero(((points > low - 0.5) & (points < high + 0.5)).all(axis=1))
@@ -87,7 +87,7 @@ def score_text(room: Room, item: SceneObject, function: str) -> str:
 
 
 def objects_html(room: Room) -> str:
-    """Return the tables of the objects: those with a function, and folded those without."""
+    """Return the tables of the objects with a function and, folded, of those without."""
     having = [item for item in room.objects if item.main_function is not None]
     others = [item for item in room.objects if item.main_function is None]
     parts = [f"<p>{escape(thresholds_text(room))}</p>"] if room.objects else []
@@ -114,7 +114,7 @@ def thresholds_text(room: Room) -> str:
 
 
 def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
-    """Return some of the objects as a table, in the order of their numbers."""
+    """Return a table of some objects, in the order of their ids."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
         [str(item.id), item.main_function or "none"]
@@ -125,12 +125,12 @@ def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
     return table_html(head, rows, texts=2)
 
 
-Used = Mapping[int | None, Sequence[Place]]  # the places of each object, under None those of none
+Used = Mapping[int | None, Sequence[Place]]  # the places of each object by its id; None: on no object
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
 
 
 def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, object]:
-    """Return what was found, for JSON; all of it in metres and in the scan's own frame, or the one named."""
+    """Return a room for JSON, in metres and in the scan's own frame, or the frame that is named."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
         "file": scan.name,
@@ -156,18 +156,17 @@ def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, o
 
 
 def places_json(owner: int | None, places: Used | None) -> dict[str, object]:
-    """Return for JSON the places of one object, or those of none; nothing where none were asked for."""
+    """Return for JSON the places of one object, or of no object; without places no field."""
     return {} if places is None else {"places": [place.as_json() for place in places.get(owner, [])]}
 
 
 def inferred_json(item: InferredObject, room: Room) -> dict[str, object]:
-    """Return for JSON what was not seen, but has its place."""
-    corners = room.levelling.to_scan(item.box.corners)
+    """Return an inferred object for JSON."""
     return {
         "function": item.function,
         "table": item.table,
         "size": item.box.size.round(4).tolist(),
-        "corners": corners.round(4).tolist(),
+        "corners": room.levelling.to_scan(item.box.corners).round(4).tolist(),
         "reason": item.reason,
     }
 
@@ -198,10 +197,10 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
 
 
 def labelled_ply(scan: Scan, room: Room) -> bytes:
-    """Return the scan as a binary PLY in its own frame, with colour, label, and the function's own colour beside.
+    """Return the scan as a binary PLY in its own frame, with labels, coloured by function.
 
-    ``label`` is an object's id, -1 the floor, -2 a wall or the ceiling, -3 what is left over; ``function`` is the
-    place of the object's best function in the header's comment, from 1, and 0 for none.
+    ``label`` is an object's id, -1 the floor, -2 a wall or the ceiling, -3 points that are left over; ``function`` is
+    the place of the object's best function in the header's comment, from 1, and 0 for none.
     """
     names, best = room.function_names, [item.main_function for item in room.objects]
     function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)

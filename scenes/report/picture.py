@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from PIL import Image
 
 FUNCTION_COLOURS = {"sittable": (0, 190, 215), "table": (225, 0, 190), "cup": (245, 150, 0)}
-_FURTHER = ((0, 158, 115), (120, 94, 240), (213, 94, 0), (120, 120, 0))  # of functions that others name
+_FURTHER = ((0, 158, 115), (120, 94, 240), (213, 94, 0), (120, 120, 0))  # of other functions
 _SHADES = np.array([[90, 96, 110], [225, 226, 230]])  # of points without colour, from the lowest to the highest
-_FADED = 0.45  # how far towards white goes what is of no object
+_FADED = 0.45  # towards white, for points of no object
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
@@ -30,13 +30,13 @@ _ELEVATION_DEG = 32.0
 
 
 def function_colour(name: str, names: Iterable[str]) -> tuple[int, int, int]:
-    """Return the colour of a function, out of all that there are."""
+    """Return the colour of a function, given the names of all."""
     others = [other for other in sorted(names) if other not in FUNCTION_COLOURS]
     return FUNCTION_COLOURS.get(name) or _FURTHER[others.index(name) % len(_FURTHER)]
 
 
 def point_colours(scan: Scan, room: Room, level_points: np.ndarray) -> np.ndarray:
-    """Return a colour (N, 3) uint8 for each point: the scan's own, or grey by height; paler where it is no object."""
+    """Return a colour (N, 3) uint8 for each point: the scan's own, or grey by height; paler for points of no object."""
     if scan.colors is not None:
         colours = scan.colors.astype(np.float64)
     else:
@@ -49,17 +49,17 @@ def point_colours(scan: Scan, room: Room, level_points: np.ndarray) -> np.ndarra
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoxMark:
-    """A box that is drawn, with a text above it, or below if it is thin."""
+    """A box to draw, with a text above it, or below if it is thin."""
 
     corners: np.ndarray  # (8, 3) metres, level frame, as `Box.corners` has them
     colour: tuple[int, int, int]
     text: str
-    thin: bool = False  # as what is known beside what was found
+    thin: bool = False  # for objects that are inferred and not found
 
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """Looks at a point from a distance."""
+    """The camera of a picture."""
 
     eye: np.ndarray  # (3,) metres, level frame
     axes: np.ndarray  # (3, 3) rows: right, down, forward
@@ -78,7 +78,7 @@ class Camera:
 
 
 def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[int, int]) -> Camera:
-    """Return a camera from which the whole box (low, high) is seen from above."""
+    """Return a camera that sees the whole box (low, high) from above."""
     azimuth, elevation = np.radians([azimuth_deg, _ELEVATION_DEG])
     toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
@@ -91,13 +91,13 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
 
 
 def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750)) -> Image.Image:
-    """Draw a scan and the boxes of its functional objects, from where most of the objects is seen.
+    """Draw a scan and the boxes of its objects with a function, from where most of the objects is seen.
 
     Parameters
     ----------
     scan : Scan
     room : Room
-        What was found in it.
+        With the scan's objects.
     size : (int, int)
         Pixels.
     """
@@ -120,9 +120,9 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
 
 
 def span(points: np.ndarray, marks: Sequence[BoxMark]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two corners (3,) of what a picture shows: all but stray points, and whole boxes.
+    """Return the two corners (3,) of a picture's contents: all but stray points, and whole boxes.
 
-    A table's box reaches down to the floor, whether the scan shows its legs or not.
+    A table's box reaches down to the floor, even if the scan does not show its legs.
     """
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     corners = np.concatenate([np.array([low, high]), *(mark.corners for mark in marks)])
@@ -170,7 +170,7 @@ def marks_of(room: Room) -> list[BoxMark]:
 
 
 def inferred_marks(room: Room) -> list[BoxMark]:
-    """Return the boxes of what was inferred and not seen, thin and grey."""
+    """Return the boxes of inferred objects, thin and grey."""
     return [
         BoxMark(corners=item.box.corners, colour=_GREY, text=f"{item.function}: inferred", thin=True)
         for item in room.inferred
@@ -178,7 +178,7 @@ def inferred_marks(room: Room) -> list[BoxMark]:
 
 
 def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[BoxMark]):
-    """Draw boxes, the first ones below the others, and over all of them the texts, none over another."""
+    """Draw boxes in their order, and over all of them the texts, which do not overlap."""
     from PIL import ImageDraw, ImageFont
 
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)

@@ -1,4 +1,4 @@
-"""Scans out of recorded bags of ROS 1 (``.bag``) and ROS 2 (a folder with ``metadata.yaml``, ``.mcap``, ``.db3``)."""
+"""Scans from recorded bags of ROS 1 (``.bag``) and ROS 2 (a folder with ``metadata.yaml``, ``.mcap``, ``.db3``)."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
     ----------
     path : str or Path
     topic : str, optional
-        Of the clouds; where there is only one such topic, that.
+        Of the clouds; by default the only one of the bag.
     time : float
-        Seconds after the bag's begin: the first cloud from there on is taken.
+        Seconds after the start of the bag, from which on the first cloud is used.
     report : callable, optional
-        Takes one line of text for what was chosen.
+        Takes one line of text about the choice.
 
     Raises
     ------
     InputError
-        If the bag cannot be read, or has no such cloud; one line that begins with the bag's name.
+        If the bag cannot be read, or has no such cloud; the message is one line and begins with the bag's name.
     """
     path = Path(path)
     name = one_line(path.name)
@@ -69,7 +69,7 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
 
 @contextmanager
 def opened(path: Path, name: str) -> Iterator[AnyReader]:
-    """Open a bag, and turn whatever a damaged one trips over into one line."""
+    """Open a bag; errors of a damaged one become one line."""
     needs = "expected the package rosbags to read a bag"
     with explaining(f"{name}: {needs}; pip install 'spherefunc-bullet[ros]'", ImportError):
         from rosbags.highlevel import AnyReader
@@ -81,18 +81,18 @@ def opened(path: Path, name: str) -> Iterator[AnyReader]:
             yield reader
     except InputError:
         raise
-    except Exception as error:  # the storages raise whatever a damaged file makes them trip over
+    except Exception as error:  # damaged files make the storages raise exceptions of any kind
         came = one_line(str(error)) or type(error).__name__
         raise InputError(f"{name}: expected a bag of ROS 1 or ROS 2; {came[:200]}") from error
 
 
 def topic_of_clouds(topics: Mapping[str, Any], topic: str | None, name: str) -> str:
-    """Return the topic whose clouds are asked for.
+    """Return the topic whose clouds are used.
 
     Raises
     ------
     InputError
-        If it is none of the bag's, has no clouds, or several have and none is named.
+        If the bag does not have it, it has no clouds, or it is not named though several topics have clouds.
     """
     clouds = [known for known, about in topics.items() if about.msgtype == CLOUD]
     if not clouds:
@@ -116,7 +116,7 @@ def listed(topics: Mapping[str, Any]) -> str:
 
 
 def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what: str) -> Any:
-    """Return the first cloud from a time on, seconds after the bag's begin.
+    """Return the first cloud from a time on, seconds after the start of the bag.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what
 
 
 def frame_tree(reader: AnyReader) -> FrameTree:
-    """Return all frames that a bag tells of."""
+    """Return all frames of a bag."""
     tree = FrameTree()
     connections = [known for known in reader.connections if known.topic in (TRANSFORMS, FIXED_TRANSFORMS)]
     for connection, _, raw in reader.messages(connections) if connections else ():

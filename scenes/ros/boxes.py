@@ -1,4 +1,4 @@
-"""What was found, as boxes with a pose: what ``visualization_msgs/Marker`` and ``vision_msgs/Detection3D`` ask for."""
+"""Found objects as boxes with a pose, for ``visualization_msgs/Marker`` and ``vision_msgs/Detection3D``."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ OPACITY = 0.5
 class FoundBox:
     """The box of one object that has a function, in the frame of the cloud."""
 
-    function: str  # the one of the best score
+    function: str  # with the best score
     score: float
-    position: tuple[float, float, float]  # of the middle, metres
+    position: tuple[float, float, float]  # of the centre, metres
     orientation: tuple[float, float, float, float]  # quaternion x, y, z, w
     size: tuple[float, float, float]  # metres, along the box's own axes
     colour: tuple[float, float, float]  # 0 to 1
@@ -35,7 +35,7 @@ def boxes_of(objects: Sequence[FoundObject]) -> list[FoundBox]:
 
 
 def box_of(item: FoundObject) -> FoundBox:
-    """Return an object's box; its pose comes from its corners, which hold in tilted frames as well."""
+    """Return an object's box; its pose is computed from its corners, which are right in tilted frames too."""
     from scipy.spatial.transform import Rotation
 
     sides = item.corners[[1, 3, 4]] - item.corners[0]
@@ -53,7 +53,7 @@ def box_of(item: FoundObject) -> FoundBox:
 
 
 def fill_marker(marker: Any, box: FoundBox, number: int) -> Any:
-    """Set a ``visualization_msgs/Marker``, whose header is the caller's, to a box; return it."""
+    """Set a ``visualization_msgs/Marker``, without its header, to a box, and return it."""
     marker.ns, marker.id, marker.type, marker.action = box.function, number, 1, 0  # a cube, added or changed
     marker.text = f"{box.function} {box.score:.2f}"
     return posed(marker, box.position, box.orientation, box.size, (*box.colour, OPACITY))
@@ -75,7 +75,7 @@ ARROW = 0.3, 0.02, 0.02  # metres: length, width and height of the one that show
 
 
 def fill_arrow(marker: Any, place: Place, number: int) -> Any:
-    """Set a marker, whose header is the caller's, to an arrow at a place: the way a sitter faces, or up; return it."""
+    """Set a marker, without its header, to an arrow at a place: along a sitter's heading, or up; return it."""
     from scipy.spatial.transform import Rotation
 
     up = place.normal

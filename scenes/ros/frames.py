@@ -8,23 +8,23 @@ from typing import Any
 
 import numpy as np
 
-# Frames that stand level by convention (REP 105, and 120 for humanoids), the first known one is taken.
+# Frames that are level by convention (REP 105, and 120 for humanoids); the first known one is used.
 LEVEL = ("map", "odom", "world", "base_footprint", "base_link", "base")
-_DEEPEST = 100  # frames from a sensor to the root: what is deeper goes in a circle
+_DEEPEST = 100  # frames from a sensor to the root: a deeper tree has a cycle
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edge:
-    """How a frame lies in its parent at a time."""
+    """The pose of a frame in its parent at a time."""
 
     parent: str
-    stamp: float  # seconds; minus infinity for what never changes
+    stamp: float  # seconds; minus infinity for static transforms
     T_parent_child: np.ndarray  # (4, 4)
 
 
 @dataclass
 class FrameTree:
-    """The frames that were published, each with its transforms over time."""
+    """The published frames, each with its transforms over time."""
 
     edges: dict[str, list[Edge]] = field(default_factory=dict)  # by child
 
@@ -39,14 +39,14 @@ class FrameTree:
             self.edges.setdefault(plain(transform.child_frame_id), []).append(edge)
 
     def edge_at(self, child: str, stamp: float) -> Edge | None:
-        """Return what was said of a frame nearest to a time, None if nothing was."""
+        """Return the transform of a frame nearest to a time, None if there is none."""
         known = self.edges.get(child, ())
         return min(known, key=lambda edge: 0.0 if np.isinf(edge.stamp) else abs(edge.stamp - stamp), default=None)
 
     def to_level(self, frame: str, stamp: float) -> tuple[str, np.ndarray] | None:
-        """Return the name of a level frame above another, and the transform (4, 4) to it; None if none is known.
+        """Return the name of a level ancestor of a frame, and the transform (4, 4) to it; None if none is known.
 
-        Between two times that something was said of a frame the nearer one is taken, without interpolation.
+        Of transforms at several times the nearest is used, without interpolation.
         """
         frame, T, placed = plain(frame), np.eye(4), {}
         for _ in range(_DEEPEST):
@@ -64,7 +64,7 @@ def plain(frame: str) -> str:
 
 
 def seconds(stamp: Any) -> float:
-    """Return a ``builtin_interfaces/Time`` as seconds; ROS 1 and 2 name its parts otherwise.
+    """Return a ``builtin_interfaces/Time`` as seconds, with the field names of ROS 1 or 2.
 
     Examples
     --------

@@ -42,26 +42,26 @@ def records_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
     Raises
     ------
     InputError
-        If the message does not hold what it says: it is cut off, or its fields do not fit into a point.
+        If the message is cut off, or its fields do not fit into a point.
     """
     order = ">" if message.is_bigendian else "<"
+    height, width, step = int(message.height), int(message.width), int(message.point_step)
     fields = [field for field in message.fields if field.datatype in DATATYPES]
     layout = {
         "names": [field.name for field in fields],
         "formats": [order + DATATYPES[field.datatype] for field in fields],
         "offsets": [int(field.offset) for field in fields],
-        "itemsize": int(message.point_step),
+        "itemsize": step,
     }
-    data, count = np.frombuffer(memoryview(message.data), np.uint8), int(message.height) * int(message.width)
-    row = int(message.row_step) if message.height > 1 else int(message.width) * int(message.point_step)
-    if row * int(message.height) > len(data) or int(message.width) * int(message.point_step) > row:
+    data = np.frombuffer(memoryview(message.data), np.uint8)
+    row = int(message.row_step) if height > 1 else width * step
+    if row * height > len(data) or width * step > row:
         wanted = f"{message.height} x {message.width} points of {message.point_step} bytes"
         raise InputError(f"{name}: expected {wanted}, got {len(data)} bytes; is the message cut off?")
     with explaining(f"{name}: expected fields within {message.point_step} bytes a point", ValueError, why="; "):
         dtype = np.dtype(layout)
-    rows = data[: row * int(message.height)].reshape(int(message.height), row)
-    packed = np.ascontiguousarray(rows[:, : int(message.width) * int(message.point_step)])
-    return packed.view(dtype).reshape(count)
+    rows = data[: row * height].reshape(height, row)
+    return np.ascontiguousarray(rows[:, : width * step]).view(dtype).reshape(height * width)
 
 
 def points_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
@@ -70,7 +70,7 @@ def points_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
     Raises
     ------
     InputError
-        If it has no x, y and z, one of them is of no type that there is, or it is damaged.
+        If it lacks x, y or z, one of them has no valid type, or it is damaged.
     """
     types = {field.name: field.datatype for field in message.fields}
     if not {"x", "y", "z"} <= set(types):

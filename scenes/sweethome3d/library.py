@@ -1,8 +1,8 @@
 """Libraries of furniture for Sweet Home 3D (``.sh3f``) as data sets.
 
 Such a file is a zip archive: a catalogue (``PluginFurnitureCatalog.properties``) and a model for each of its
-objects. The archive is not trusted: nothing is unpacked to disk, names that climb out of it are refused, and
-what is read from it is limited.
+objects. The archive is not trusted: nothing is unpacked to disk, paths that lead out of it are refused, and the
+amount that is read is limited.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ class FurnitureEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class ImportSummary:
-    """What became of a library's objects."""
+    """The result of an import."""
 
     manifest: Path
     labels: dict[str, int]  # objects in the manifest, by label
-    ambiguous: int  # objects whose function people would dispute: left out, unless they were asked for
+    ambiguous: int  # objects whose function people would dispute: left out unless they are included explicitly
     skipped: int  # objects that could not be read
 
     @property
@@ -83,13 +83,13 @@ def import_library(
     path : path
         The ``.sh3f`` file.
     directory : path
-        Made if it is missing.
+        Created if it is missing.
     include_ambiguous : bool
         Also write the objects whose function people would dispute (bowls, beds, desks with a hutch).
     report : callable, optional
-        Called with one line for each object that cannot be used; the others go on.
+        Called with one line for each object that cannot be used; the others are still imported.
     progress : callable
-        Passes on the list of objects that it is given and may show how far it is.
+        Yields the objects of a list, and may show the progress.
 
     Raises
     ------
@@ -163,8 +163,9 @@ class _Library:
         self._archive.close()
 
     def entries(self, report: Callable[[str], None]) -> Iterator[FurnitureEntry]:
-        """Yield the catalogue's objects in order; report those that it does not describe fully."""
-        properties = parse_properties(self._catalogue().decode("latin-1"))
+        """Yield the catalogue's objects in order; report those without a full description."""
+        with explaining(f"{self.path}: expected a Sweet Home 3D library with {CATALOGUE}", InputError, why="; "):
+            properties = parse_properties(self.read(CATALOGUE).decode("latin-1"))
         objects: dict[int, dict[str, str]] = {}
         for key, value in properties.items():
             if match := _ENTRY.fullmatch(key):
@@ -175,10 +176,6 @@ class _Library:
             except (KeyError, ValueError) as error:
                 self.broken += 1
                 report(f"{self.path.name}, object {number}: expected a name, a model and a size; got {error!r}")
-
-    def _catalogue(self) -> bytes:
-        with explaining(f"{self.path}: expected a Sweet Home 3D library with {CATALOGUE}", InputError, why="; "):
-            return self.read(CATALOGUE)
 
     def read(self, name: str) -> bytes:
         """Return one member, checked: inside the archive, present, whole and not too large."""
@@ -221,7 +218,7 @@ def parse_model(data: bytes, kind: str, where: str) -> trimesh.Trimesh:
     try:
         mesh = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=False, skip_materials=True)
         mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    except Exception as error:  # the readers raise whatever a damaged file makes them trip over
+    except Exception as error:  # damaged files make the readers raise exceptions of any kind
         raise InputError(f"{where}: expected a model, got {type(error).__name__}: {error}") from error
     if not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
         raise InputError(f"{where}: expected triangles with finite coordinates, got {len(mesh.faces)} faces")

@@ -1,6 +1,6 @@
 """What an object is for, from its English name: the table ``functions.csv``.
 
-An English name says what an object is in its last noun before any *with*, *and* or *of*: a table lamp is a
+In an English name, the last noun before any *with*, *and* or *of* says what the object is: a table lamp is a
 lamp, a desk chair a chair, a chair with cushion a chair.
 """
 
@@ -45,18 +45,18 @@ def _rule(row: dict[str, str]) -> _Rule:
 
 
 def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
-    """Return what an object of this name is for; a name that no row knows is for none.
+    """Return the purpose of an object by its name; without a matching row it has no function.
 
     Parameters
     ----------
     name : str
-        In English. Of all rows that match it, those whose match ends last count, and of these the longest,
-        then the first in the table; what follows *with* or *and* counts only if nothing before it matches.
+        In English. Of all matching rows, those whose match ends last count, and of these the longest, then the first in
+        the table. The part after *with* or *and* counts only if nothing before it matches.
     category : str
-        Of the catalogue that names it; some (doors, lights, vehicles) settle the question alone.
+        In the library's catalogue; some (doors, lights, vehicles) decide alone.
     height : float
-        Metres. Rows for lower objects do not count; if none is left (a desk of 1.8 m has something
-        on it), the purpose is ambiguous.
+        Metres. Rows for lower objects do not count; if no row is left (a desk of 1.8 m has something on it), the
+        purpose is ambiguous.
 
     Examples
     --------
