@@ -67,6 +67,5 @@ def write_together_page(
     """Write a page of its own: the picture, a table of the objects, and the notes on how they stand."""
     parts = ["<h1>Several objects together</h1>"]
     parts += [f"<p>{escape(note)}</p>" for note in together.notes]
-    parts.append(image_html("Spheres coloured by what carries them", png_of(picture)))
-    parts.append(table_html(head, rows, texts=2))
+    parts += [image_html("Spheres coloured by what carries them", png_of(picture)), table_html(head, rows, texts=2)]
     return write_text(path, page_html("Several objects together", parts, style=STYLE))

@@ -13,8 +13,7 @@ from .furniture.sofas import SOFAS
 from .furniture.tables import TABLES
 from .parts.legs import CatalogueObject, Family, draw_objects
 from .wares.belongings import BELONGINGS
-from .wares.boxes import BOXES
-from .wares.containers import BOWLS, CONTAINERS, DISHES
+from .wares.containers import BOWLS, BOXES, CONTAINERS, DISHES
 from .wares.cups import CUPS
 from .wares.devices import DEVICES
 from .wares.fixtures import FIXTURES

@@ -17,7 +17,7 @@ def back_posts(width: float, low: float, high: float, y: float, lean: float, thi
 
 
 def back_fill(rng: Generator, style: str, width: float, low: float, high: float, y: float, lean: float):
-    """Return what spans the uprights of a back: slats, rungs, a panel, a splat, spindles or a cross."""
+    """Return the parts between the uprights of a back: slats, rungs, a panel, a splat, spindles or a cross."""
 
     def at(z: float) -> float:
         return y + lean * (z - low) / (high - low)
@@ -52,12 +52,7 @@ def back_fill(rng: Generator, style: str, width: float, low: float, high: float,
 
 
 def dining_chair(
-    rng: Generator,
-    *,
-    back: str = "slats",
-    legs: str = "straight",
-    arms: bool = False,
-    pad: bool = False,
+    rng: Generator, *, back: str = "slats", legs: str = "straight", arms: bool = False, pad: bool = False,
     scale: float = 1.0,
 ):
     """Return a wooden chair with a four-legged base and a leaning back."""
@@ -67,11 +62,9 @@ def dining_chair(
     surface = box(width, depth, thick, z=seat - thick)
     if pad:
         surface = cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012)
+    size, splayed = (width - 0.01, depth - 0.01, seat - thick), legs == "splayed"
     taper = 1.0 if legs == "straight" else 0.65
-    round_bars = legs == "splayed"
-    splay = 0.04 if round_bars else 0.0
-    size = width - 0.01, depth - 0.01, seat - thick
-    base = four_legs(*size, bar, splay=splay, taper=taper, round_bars=round_bars)
+    base = four_legs(*size, bar, splay=0.04 if splayed else 0.0, taper=taper, round_bars=splayed)
     y = depth / 2 - bar / 2
     parts = [surface, base, back_posts(width - bar, seat - 0.05, high, y, lean, bar)]
     parts += back_fill(rng, back, width - bar, seat, high, y, lean)
@@ -139,14 +132,12 @@ def bistro_chair(rng: Generator):
     disc = prism(circle(radius, 32), 0.03, seat - 0.03)
     ring = hoop(circle(0.99 * radius + 0.009, 20), 0.2, 0.009)
     legs = four_legs(1.4 * radius, 1.4 * radius, seat - 0.02, 0.03, splay=0.04, taper=0.75, round_bars=True)
-    hoops = [_hoop(width, radius, seat - 0.02, top) for width, top in ((0.92, high), (0.5, high - 0.1))]
+    low, y, hoops = seat - 0.02, 0.7 * radius, []
+    for width, top in ((0.92, high), (0.5, high - 0.1)):
+        x = 0.66 * width * radius
+        path = arch([[-x, y, low], [-x, y + 0.08, top - 0.1], [-0.6 * x, y + 0.1, top]], 3)
+        hoops.append(tube(path, 0.012, sections=8))
     return join(disc, ring, legs, hoops)
-
-
-def _hoop(width: float, radius: float, low: float, high: float):
-    x, y = 0.66 * width * radius, 0.7 * radius
-    path = arch([[-x, y, low], [-x, y + 0.08, high - 0.1], [-0.6 * x, y + 0.1, high]], 3)
-    return tube(path, 0.012, sections=8)
 
 
 def folding_chair(rng: Generator):
@@ -189,8 +180,7 @@ def _upright(pad: Trimesh, y: float, z: float, lean_deg: float):
 
 
 CHAIRS = [
-    family("dining_chair", dining_chair, back="slats"),
-    family("dining_chair", dining_chair, back="ladder"),
+    *[family("dining_chair", dining_chair, back=back) for back in ("slats", "ladder")],
     family("dining_chair", dining_chair, back="panel", legs="tapered"),
     family("dining_chair", dining_chair, back="splat", legs="tapered", pad=True),
     family("dining_chair", dining_chair, back="spindles", legs="splayed"),
@@ -199,10 +189,8 @@ CHAIRS = [
     family("arm_chair", dining_chair, back="panel", legs="tapered", arms=True, pad=True),
     family("arm_chair", dining_chair, back="slats", arms=True),
     family("child_chair", dining_chair, back="bands", scale=0.68),
-    family("shell_chair", shell_chair, stand="splayed"),
-    family("shell_chair", shell_chair, stand="tubes"),
+    *[family("shell_chair", shell_chair, stand=stand) for stand in ("splayed", "tubes")],
     *families(cantilever_chair, bistro_chair, folding_chair),
-    family("office_chair", office_chair, arms=True),
-    family("office_chair", office_chair, arms=False),
+    *[family("office_chair", office_chair, arms=arms) for arms in (True, False)],
     family("office_chair", office_chair, arms=True, headrest=True),
 ]

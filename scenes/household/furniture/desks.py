@@ -48,8 +48,7 @@ def _lifting_legs(width: float, depth: float, under: float):
     parts = [box(0.7 * width, 0.08, 0.04, z=under - 0.04)]
     for x in (-0.34 * width, 0.34 * width):
         parts += [box(0.08, 0.9 * depth, 0.035, x=x), box(0.09, 0.07, 0.4, x=x, z=0.03)]
-        parts.append(box(0.07, 0.05, under - 0.42, x=x, z=0.42))
-        parts.append(box(0.05, 0.7 * depth, 0.03, x=x, z=under - 0.03))
+        parts += [box(0.07, 0.05, under - 0.42, x=x, z=0.42), box(0.05, 0.7 * depth, 0.03, x=x, z=under - 0.03)]
     return parts
 
 
@@ -90,8 +89,7 @@ def secretary(rng: Generator):
 
 DESKS = [
     *[family("desk", plain_desk, legs=legs) for legs in ("posts", "panels", "sled", "columns")],
-    family("desk", drawer_desk, sides=1),
-    family("desk", drawer_desk, sides=2),
+    *[family("desk", drawer_desk, sides=sides) for sides in (1, 2)],
     family("desk", drawer_desk, sides=1, to_floor=False),
     family("corner_desk", corner_desk),
     family("writing_desk", secretary),
@@ -118,7 +116,7 @@ def coffee_table(rng: Generator, *, shape: str = "rectangle", legs: str = "shelf
 
 
 def side_table(rng: Generator, *, shape: str = "round"):
-    """Return a small table for beside a seat, 0.45 to 0.62 m high."""
+    """Return a small table for the side of a seat, 0.45 to 0.62 m high."""
     width, height = rng.uniform(0.38, 0.52), rng.uniform(0.45, 0.62)
     legs = four_legs(0.62 * width, 0.62 * width, height - 0.02, 0.03, splay=0.04, taper=0.7, round_bars=True)
     return join(top(shape, width, width, 0.022, height), legs)
@@ -149,12 +147,10 @@ def child_table(rng: Generator):
 
 
 LOW_TABLES = [
-    family("coffee_table", coffee_table, legs="shelf", also="sittable"),
-    family("coffee_table", coffee_table, legs="sled", also="sittable"),
+    *[family("coffee_table", coffee_table, legs=legs, also="sittable") for legs in ("shelf", "sled")],
     family("coffee_table", coffee_table, shape="oval", legs="splayed", also="sittable"),
     family("coffee_table", coffee_table, legs="slab", also="sittable"),
-    family("side_table", side_table, shape="round"),
-    family("side_table", side_table, shape="rounded"),
+    *[family("side_table", side_table, shape=shape) for shape in ("round", "rounded")],
     *families(tray_table, bedside_table),
     family("child_table", child_table, also="sittable"),
 ]
@@ -194,6 +190,5 @@ STOOLS = [
     family("stool", stool, shape="round", legs=3, also="table"),
     family("stool", stool, shape="square", also="table"),
     family("bar_stool", stool, shape="square", height=(0.68, 0.8)),
-    family("bar_stool", bar_chair, back=True),
-    family("bar_stool", bar_chair, back=False),
+    *[family("bar_stool", bar_chair, back=back) for back in (True, False)],
 ]

@@ -28,19 +28,15 @@ def sofa(rng: Generator, *, seats: int = 2, arms: str = "box", feet: float = 0.0
 
 def _seat_cushions(seats: int, place: float, depth: float, seat: float, thick: float, y: float, crown: float):
     """Return one cushion for each place side by side, their tops at ``seat``, metres."""
-    spots = (np.arange(seats) - (seats - 1) / 2) * place
-    return [
-        cushion(place - 0.004, depth, thick, x=x, y=y, z=seat - thick, crown=crown, rounding=0.035, corner=0.04)
-        for x in spots
-    ]
+    size, shape = (place - 0.004, depth, thick), {"crown": crown, "rounding": 0.035, "corner": 0.04}
+    return [cushion(*size, x, y, seat - thick, **shape) for x in (np.arange(seats) - (seats - 1) / 2) * place]
 
 
 def _back_cushions(seats: int, place: float, depth: float, low: float, high: float):
     """Return one leaning pad for each place, and the frame behind them."""
-    pads = []
-    for x in (np.arange(seats) - (seats - 1) / 2) * place:
-        pad = turn(cushion(place - 0.01, high - low, 0.14, crown=0.02, rounding=0.05, corner=0.06), "x", 78)
-        pads.append(shift(pad, x, depth / 2 - 0.08, (low + high) / 2))
+    pad = turn(cushion(place - 0.01, high - low, 0.14, crown=0.02, rounding=0.05, corner=0.06), "x", 78)
+    spots = (np.arange(seats) - (seats - 1) / 2) * place
+    pads = [shift(pad, x, depth / 2 - 0.08, (low + high) / 2) for x in spots]
     return [*pads, cushion(place * seats, 0.1, high - 0.12, y=depth / 2 - 0.05, z=0.08, rounding=0.03)]
 
 
@@ -73,13 +69,13 @@ def corner_sofa(rng: Generator, *, ottoman: bool = False):
     parts.append(cushion(place, reach, thick, x=x, y=y, z=seat - thick, crown=0.015))
     parts.append(cushion(0.18, depth, 0.52, x=-inner / 2 - 0.09, z=0.06))
     if not ottoman:
-        side = cushion(0.18, depth + reach, high - 0.06, x=inner / 2 + 0.09, y=-reach / 2, z=0.06, rounding=0.05)
-        parts.append(side)
+        size = 0.18, depth + reach, high - 0.06
+        parts.append(cushion(*size, x=inner / 2 + 0.09, y=-reach / 2, z=0.06, rounding=0.05))
     return join(parts)
 
 
 def wing_chair(rng: Generator):
-    """Return a high-backed armchair with wings beside the head."""
+    """Return a high-backed armchair with wings on both sides of the head."""
     width, depth = rng.uniform(0.7, 0.78), rng.uniform(0.75, 0.85)
     seat, high = rng.uniform(0.42, 0.46), rng.uniform(1.0, 1.15)
     parts = [four_legs(width - 0.08, depth - 0.1, 0.16, 0.05, taper=0.6)]
@@ -183,16 +179,14 @@ def lounger(rng: Generator):
 
 
 SOFAS = [
-    family("armchair", sofa, seats=1, arms="box"),
-    family("armchair", sofa, seats=1, arms="soft"),
+    *[family("armchair", sofa, seats=1, arms=arms) for arms in ("box", "soft")],
     family("armchair", sofa, seats=1, arms="scroll", feet=0.05),
     *families(wing_chair, tub_chair),
     family("sofa", sofa, seats=2, arms="box"),
     family("sofa", sofa, seats=3, arms="soft"),
     family("sofa", sofa, seats=3, arms="scroll", feet=0.04),
     family("sofa", sofa, seats=2, arms="none", feet=0.14, soft=False),
-    family("corner_sofa", corner_sofa, ottoman=False),
-    family("corner_sofa", corner_sofa, ottoman=True),
+    *[family("corner_sofa", corner_sofa, ottoman=ottoman) for ottoman in (False, True)],
     family("ottoman", ottoman, also="table"),
     family("bench", bench, also="table"),
     *families(park_bench, pew, rocking_chair, lounger),

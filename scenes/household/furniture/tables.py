@@ -105,8 +105,7 @@ def picnic_table(rng: Generator):
     benches = [box(width, 0.26, 0.035, y=y, z=seat - 0.035) for y in (-0.62, 0.62)]
     ends = []
     for x in (-0.38 * width, 0.38 * width):
-        ends.append(box(0.04, 1.45, 0.09, x=x, z=seat - 0.12))
-        ends.append(box(0.04, 0.66, 0.07, x=x, z=height - 0.1))
+        ends += [box(0.04, 1.45, 0.09, x=x, z=seat - 0.12), box(0.04, 0.66, 0.07, x=x, z=height - 0.1)]
         ends += [beam([x, y * 0.24, height - 0.05], [x, y * 0.62, 0.01], 0.04, 0.09) for y in (-1, 1)]
     return join(boards, benches, ends)
 
@@ -127,14 +126,10 @@ def covered_table(rng: Generator):
     unit = superellipse(1, 1, 5.0, 96)
     cloth = prism(unit * width, 0.006, height - 0.006)
     hem = height - rng.uniform(0.25, 0.5)
-    skirt = _skirt(unit * width, unit * width * 1.07 * wave[:, None], height - 0.003, hem)
+    upper, lower, high = unit * width, unit * width * 1.07 * wave[:, None], height - 0.003
+    steps = [(upper, high), (lower, hem), (lower * 0.99, hem), (upper * 0.99, high)]  # a closed band of 4 mm
+    skirt = loft([at_height(outline, z) for outline, z in steps], loop=True)
     return join(cloth, skirt, four_legs(0.85 * width, 0.85 * width, height - 0.004, 0.05))
-
-
-def _skirt(upper: np.ndarray, lower: np.ndarray, high: float, low: float):
-    """Return a closed band of 4 mm between two outlines (N, 2), metres."""
-    steps = [(upper, high), (lower, low), (lower * 0.99, low), (upper * 0.99, high)]
-    return loft([at_height(outline, z) for outline, z in steps], loop=True)
 
 
 TABLES = [
@@ -144,17 +139,12 @@ TABLES = [
     family("dining_table", dining_table, legs="trestle"),
     family("dining_table", dining_table, shape="rounded", legs="crossed"),
     family("dining_table", dining_table, legs="flush"),
-    family("round_table", round_table, legs="pedestal"),
-    family("round_table", round_table, legs="four"),
-    family("cafe_table", cafe_table, shape="round"),
-    family("cafe_table", cafe_table, shape="rectangle"),
-    family("console_table", console, legs="shelf"),
-    family("console_table", console, legs="drawer"),
-    family("bar_table", bar_table, shape="round"),
-    family("bar_table", bar_table, shape="rectangle"),
+    *[family("round_table", round_table, legs=legs) for legs in ("pedestal", "four")],
+    *[family("cafe_table", cafe_table, shape=shape) for shape in ("round", "rectangle")],
+    *[family("console_table", console, legs=legs) for legs in ("shelf", "drawer")],
+    *[family("bar_table", bar_table, shape=shape) for shape in ("round", "rectangle")],
     family("work_bench", work_bench),
-    family("folding_table", folding_table, legs="crossed"),
-    family("folding_table", folding_table, legs="tubes"),
+    *[family("folding_table", folding_table, legs=legs) for legs in ("crossed", "tubes")],
     family("picnic_table", picnic_table, also="sittable"),
     family("conference_table", conference_table, 2),
     family("covered_table", covered_table),

@@ -1,4 +1,4 @@
-"""Parts: outlines, solids, legs, and the family of objects that is made from numbers drawn at random.
+"""Parts: outlines, solids, legs, and families of objects drawn from one builder with random dimensions.
 
-May import nothing beside itself; furniture and wares build on it.
+May import nothing else of the catalogue; furniture and wares build on it.
 """

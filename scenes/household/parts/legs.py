@@ -1,8 +1,9 @@
-"""What tables and seats stand on: legs, frames, pedestals and stars."""
+"""Bases of tables and seats (legs, frames, pedestals and stars), and families of catalogue objects."""
 
 from __future__ import annotations
 
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,25 +18,18 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
 def four_legs(
-    width: float,
-    depth: float,
-    height: float,
-    thickness: float,
-    *,
-    splay: float = 0.0,
-    taper: float = 1.0,
-    round_bars: bool = False,
+    width: float, depth: float, height: float, thickness: float,
+    *, splay: float = 0.0, taper: float = 1.0, round_bars: bool = False,
 ):
     """Return four legs whose outer faces bound ``width`` x ``depth`` at the top.
 
-    ``splay`` is how far each foot stands out in x and y (m); ``taper`` the foot's thickness over its top's.
+    ``splay`` is the offset of each foot in x and y (m); ``taper`` the ratio of a foot's thickness to its top's.
     """
     section = circle(thickness / 2, 12) if round_bars else rectangle(thickness, thickness)
     legs = []
     for x, y in CORNERS:
         top = np.array([x * (width - thickness) / 2, y * (depth - thickness) / 2, height])
-        foot = top + [x * splay, y * splay, -height]
-        legs.append(sweep([top, foot], section, scale=[1.0, taper]))
+        legs.append(sweep([top, top + [x * splay, y * splay, -height]], section, scale=[1.0, taper]))
     return legs
 
 
@@ -96,19 +90,16 @@ def trestles(width: float, depth: float, height: float, thickness: float):
     """Return two T-shaped ends on feet, joined by a rail."""
     parts = []
     for x in (-width / 2, width / 2):
-        parts.append(box(thickness, depth, 0.06, x=x))
-        parts.append(box(thickness, 1.6 * thickness, height - 0.12, x=x, z=0.06))
+        parts += [box(thickness, depth, 0.06, x=x), box(thickness, 1.6 * thickness, height - 0.12, x=x, z=0.06)]
         parts.append(box(thickness, 0.85 * depth, 0.06, x=x, z=height - 0.06))
     return [*parts, crossbar(width, 0, 0.45 * height, 0.03, 0.09)]
 
 
 def crossed_legs(width: float, depth: float, height: float, thickness: float):
     """Return an X of two bars at each end, joined by a rail where they cross."""
-    parts = []
-    for x in (-width / 2, width / 2):
-        for y in (-1, 1):
-            parts.append(beam([x, y * depth / 2, height], [x, -y * depth / 2, 0.01], thickness, thickness))
-    return [*parts, crossbar(width, 0, height / 2, thickness, thickness)]
+    ends = [(x, y * depth / 2) for x in (-width / 2, width / 2) for y in (-1, 1)]
+    bars = [beam([x, y, height], [x, -y, 0.01], thickness, thickness) for x, y in ends]
+    return [*bars, crossbar(width, 0, height / 2, thickness, thickness)]
 
 
 def panel_ends(width: float, depth: float, height: float, thickness: float):
@@ -118,14 +109,14 @@ def panel_ends(width: float, depth: float, height: float, thickness: float):
 
 @dataclass(frozen=True)
 class CatalogueObject:
-    """One object of a catalogue: its mesh in metres, z up, its front to -y, and what it is for."""
+    """One object of a catalogue: its mesh in metres, z up, its front to -y, and its functions."""
 
     name: str
     label: str  # cup, table, sittable or none
     also: str  # functions that are true as well, separated by ';'
     category: str
     mesh: trimesh.Trimesh
-    watertight: bool = True  # False: as open as the real object, or a single-sided shell as many models are
+    watertight: bool = True  # False: open like the real object, or a single-sided shell like many models
 
 
 @dataclass(frozen=True)
@@ -140,56 +131,47 @@ class Family:
 
 
 def family(
-    category: str,
-    build: Callable[..., trimesh.Trimesh],
-    count: int = 1,
-    *,
-    also: str = "",
-    watertight: bool = True,
-    **options: object,
+    category: str, build: Callable[..., trimesh.Trimesh], count: int = 1,
+    *, also: str = "", watertight: bool = True, **options: object,
 ) -> Family:
-    """Return a family whose builder is given these options."""
+    """Return a family whose builder gets these options."""
     return Family(category, partial(build, **options), count, also, watertight)
 
 
 def families(*builders: Callable[[np.random.Generator], trimesh.Trimesh]) -> list[Family]:
-    """Return a family of one object of each builder, whose name is the category."""
+    """Return a family of one object for each builder, whose name is the category."""
     return [family(build.__name__, build) for build in builders]
 
 
 def draw_objects(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
     """Yield every object of the families, each from a random stream of its own.
 
-    The stream depends on the seed, the category and the number within it, so that a family added later leaves
-    the objects of all others as they are.
+    The stream depends on the seed, the category and the number within it, so that adding a family changes no other
+    objects.
     """
-    numbers: dict[str, int] = {}
+    numbers = Counter[str]()
     for family in families:
         for _ in range(family.count):
-            number = numbers[family.category] = numbers.get(family.category, 0) + 1
-            rng = np.random.default_rng([seed, zlib.crc32(family.category.encode()), number])
-            mesh = stand(family.build(rng))
+            numbers[family.category] += 1
+            number, key = numbers[family.category], zlib.crc32(family.category.encode())
+            mesh = stand(family.build(np.random.default_rng([seed, key, number])))
             name = f"{family.category}_{number:02d}"
             yield CatalogueObject(name, label, family.also, family.category, mesh, family.watertight)
 
 
 def stretched(objects: Iterable[CatalogueObject], share: float, seed: int) -> list[CatalogueObject]:
-    """Return objects, each stretched along x, y and z by factors of its own.
+    """Return objects, each stretched along x, y and z by factors that depend only on its name and the seed.
 
     Parameters
     ----------
     objects : iterable of CatalogueObject
         With meshes that stand on z = 0.
     share : float
-        By how much at most, up or down: 0.15 is from a factor of 1 / 1.15 to one of 1.15.
+        Largest change, up or down: with 0.15 factors are from 1 / 1.15 to 1.15.
     seed : int
     """
-    return [replace(item, mesh=stretched_mesh(item, share, seed)) for item in objects]
-
-
-def stretched_mesh(item: CatalogueObject, share: float, seed: int):
-    """Return an object's mesh, stretched; what becomes of it depends on its name and the seed alone."""
-    rng = np.random.default_rng([seed, zlib.crc32(item.name.encode()), 5])
-    mesh = item.mesh.copy()
-    mesh.apply_scale((1 + share) ** rng.uniform(-1, 1, 3))
-    return mesh
+    out = []
+    for item in objects:
+        rng, mesh = np.random.default_rng([seed, zlib.crc32(item.name.encode()), 5]), item.mesh.copy()
+        out.append(replace(item, mesh=mesh.apply_scale((1 + share) ** rng.uniform(-1, 1, 3))))
+    return out

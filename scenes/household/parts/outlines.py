@@ -42,7 +42,7 @@ def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4)
 
 
 def outline(shape: str, width: float, depth: float) -> np.ndarray:
-    """Return a table top's outline; what is round takes its width alone."""
+    """Return a table top's outline; round ones depend on the width only."""
     return {
         "rectangle": lambda: rounded_rectangle(width, depth, 0.004, steps=1),
         "rounded": lambda: rounded_rectangle(width, depth, 0.25 * min(width, depth), steps=6),
@@ -62,10 +62,10 @@ def rounded(path: ArrayLike, rounds: int = 2) -> np.ndarray:
 
 
 def arch(half: Sequence[Sequence[float]], rounds: int = 2) -> np.ndarray:
-    """Return a rounded path (K, 3) through points beside the plane x = 0 and back through their images."""
+    """Return a rounded path (K, 3) through points on one side of the plane x = 0 and their mirror images."""
     return rounded([*half, *[[-x, y, z] for x, y, z in half[::-1]]], rounds)
 
 
 def at_height(outline: np.ndarray, z: ArrayLike) -> np.ndarray:
-    """Return an outline (N, 2) at a height, or each of its points at one of its own, (N, 3), metres."""
+    """Return an outline (N, 2) at one height, or at one height for each point, (N, 3), metres."""
     return np.column_stack([outline, np.full(len(outline), z)])

@@ -57,9 +57,7 @@ def _outward(vertices: np.ndarray, faces: np.ndarray) -> trimesh.Trimesh:
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     corners = mesh.triangles
     signed_volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    if signed_volume < 0:
-        mesh = trimesh.Trimesh(vertices, faces[:, ::-1], process=False)
-    return mesh
+    return mesh if signed_volume >= 0 else trimesh.Trimesh(vertices, faces[:, ::-1], process=False)
 
 
 def prism(outline: np.ndarray, height: float, z: float = 0.0) -> trimesh.Trimesh:
@@ -73,7 +71,7 @@ def stacked(outline: np.ndarray, steps: Iterable[tuple[float, ...]]) -> trimesh.
     Parameters
     ----------
     steps : iterable of (scale, z) or (x scale, y scale, z)
-        What the outline is multiplied by, and its height, metres.
+        Factors of the outline, and its height, metres.
     """
     return loft([at_height(outline * scale, z) for *scale, z in steps])
 
@@ -84,23 +82,13 @@ def box(width: float, depth: float, height: float, x: float = 0, y: float = 0, z
 
 
 def cushion(
-    width: float,
-    depth: float,
-    height: float,
-    x: float = 0,
-    y: float = 0,
-    z: float = 0,
-    *,
-    rounding: float = 0.03,
-    corner: float = 0.06,
-    crown: float = 0.0,
+    width: float, depth: float, height: float, x: float = 0, y: float = 0, z: float = 0,
+    *, rounding: float = 0.03, corner: float = 0.06, crown: float = 0.0,
 ) -> trimesh.Trimesh:
     """Return a box with rounded edges whose bottom is centred on (x, y, z); ``crown`` domes its top."""
     rounding = min(rounding, 0.45 * height, 0.3 * width, 0.3 * depth)
     angles = np.linspace(0, np.pi / 2, 4)
-    insets = rounding * (1 - np.sin(angles))
-    rises = rounding * (1 - np.cos(angles))
-    body = height - crown
+    insets, rises, body = rounding * (1 - np.sin(angles)), rounding * (1 - np.cos(angles)), height - crown
 
     def outline(inset: float) -> np.ndarray:
         return rounded_rectangle(width - 2 * inset, depth - 2 * inset, max(corner - inset, 0.002)) + [x, y]
@@ -147,7 +135,7 @@ def sweep(path: ArrayLike, section: ArrayLike, *, scale: ArrayLike = 1.0, loop: 
     path : array_like (K, 3)
         Metres.
     section : array_like (N, 2)
-        The first axis stays level where the path is; on an upright path the two axes are x and y.
+        The first axis stays level if the path is level; on an upright path the two axes are x and y.
     scale : float or array_like (K,)
         Of the section at each point of the path.
     loop : bool
@@ -156,12 +144,11 @@ def sweep(path: ArrayLike, section: ArrayLike, *, scale: ArrayLike = 1.0, loop: 
     path, section = np.asarray(path, dtype=float), np.asarray(section, dtype=float)
     scale = np.broadcast_to(scale, len(path))
     tangents = _tangents(path, loop)
-    side = _level_side(tangents[0])
+    side = _unit(np.cross([0.0, 1.0, 0.0] if abs(tangents[0, 2]) > 0.7 else [0.0, 0.0, 1.0], tangents[0]))
     rings = []
     for point, tangent, size in zip(path, tangents, scale, strict=True):
         side = _unit(side - tangent * (side @ tangent))
-        axes = np.stack([side, np.cross(tangent, side)])
-        rings.append(point + size * section @ axes)
+        rings.append(point + size * section @ np.stack([side, np.cross(tangent, side)]))
     return loft(rings, loop=loop)
 
 
@@ -173,11 +160,6 @@ def _tangents(path: np.ndarray, loop: bool) -> np.ndarray:
     after = steps if loop else np.concatenate([steps, steps[-1:]])
     mean = before + after
     return mean / np.linalg.norm(mean, axis=1, keepdims=True)
-
-
-def _level_side(tangent: np.ndarray) -> np.ndarray:
-    upright = abs(tangent[2]) > 0.7
-    return _unit(np.cross([0.0, 1.0, 0.0] if upright else [0.0, 0.0, 1.0], tangent))
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -247,11 +229,6 @@ def turn(mesh: trimesh.Trimesh, axis: str, angle_deg: float) -> trimesh.Trimesh:
     vertices[:, first] = np.cos(angle) * a - np.sin(angle) * b
     vertices[:, second] = np.sin(angle) * a + np.cos(angle) * b
     return trimesh.Trimesh(vertices, mesh.faces, process=False)
-
-
-def mirror(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a copy mirrored in the plane x = 0."""
-    return trimesh.Trimesh(mesh.vertices * [-1, 1, 1], mesh.faces[:, ::-1], process=False)
 
 
 def join(*parts) -> trimesh.Trimesh:

@@ -1,4 +1,4 @@
-"""Wares: cups, dishes, boxes, lamps, plants, devices and what else lies about, one file a family.
+"""Wares: cups, containers, lamps, plants, devices, fixtures and belongings, one file for each family.
 
 May import `parts`; never furniture.
 """

@@ -144,8 +144,6 @@ def iron(rng: Generator):
 DEVICES = [
     family("tv", screen, width=1.0),
     family("monitor", screen, width=0.52),
-    *families(
-        laptop, desktop_computer, vacuum, keyboard, telephone, radio, speaker, fan, printer, coffee_maker, blender,
-        iron,
-    ),
+    *families(laptop, desktop_computer, vacuum, keyboard, telephone, radio),
+    *families(speaker, fan, printer, coffee_maker, blender, iron),
 ]
