@@ -208,7 +208,7 @@ def falls_on(
     """Return a run on several clouds that are one cloud to the simulator, and which of them carries each sphere."""
     result = simulator.drop(union, settings, seed)
     if len(result.columns) != result.drops:
-        raise InputError(f"backend {simulator.name!r}: expected one that tells where each drop began")
+        raise InputError(f"backend {simulator.name!r}: expected one that reports where each drop began")
     settled = result.outcomes == Outcome.SETTLED
     centers, bases = np.full((result.drops, 3), np.nan), np.full(result.drops, np.nan)
     owners, upon = np.full(result.drops, NO_OWNER), np.zeros(result.drops, bool)

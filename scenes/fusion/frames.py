@@ -113,9 +113,9 @@ def open_frames(
     known = poses_of(paths, timed, poses)
     camera, posed = camera_in(folder, intrinsics), any(pose is not None for pose in known)
     if camera is None:
-        report(f"{named}: no camera given, so taken to be a first Kinect's; --intrinsics says otherwise")
+        report(f"{named}: no camera given, so a first-generation Kinect's is assumed; --intrinsics sets another")
     if not posed:
-        report(f"{named}: no poses found, so Open3D's odometry tells them; --poses says otherwise")
+        report(f"{named}: no poses found, so Open3D's odometry estimates them; --poses sets known ones")
     scale = depth_scale or (TUM_SCALE if timed else SCALE)
     frames = [Frame(path=path, pose=pose, scale=scale) for path, pose in zip(paths, known, strict=True)]
     return Frames(frames=frames, posed=posed, intrinsics=camera)

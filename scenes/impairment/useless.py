@@ -44,17 +44,12 @@ def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> O
 
 def along_and_across(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return the coordinates of pieces, (P,) and (P,) metres, along a direction away from a handle and across it."""
-    places, out = surface.centres[:, :2] - cup.axis, level_direction(away_from_handle(surface, cup, rng))
-    return places @ out, places @ [-out[1], out[0]]
-
-
-def away_from_handle(surface: ObjectSurface, cup: Cavity, rng: np.random.Generator) -> float:
-    """Return one of the directions, radians about z, in which a cup reaches least far from its axis."""
     places = surface.centres[:, :2] - cup.axis
     every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
     extents = [(places @ level_direction(angle)).max() for angle in every]
-    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))
-    return float(every[rng.choice(nearest)])
+    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))  # where no handle makes it reach farther
+    out = level_direction(float(every[rng.choice(nearest)]))
+    return places @ out, places @ [-out[1], out[0]]
 
 
 @needs("cavity", triangles=True)

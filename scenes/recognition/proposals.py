@@ -65,12 +65,7 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
 
 
 def propose(
-    scene: Scene,
-    simulator: str | Simulator,
-    kinds: Sequence[str] = KINDS,
-    *,
-    seed: int = 0,
-    cautious: bool = False,
+    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, cautious: bool = False
 ) -> list[Proposal]:
     """Return the proposals of a scene, clusters first, in the order of their labels.
 

@@ -216,9 +216,8 @@ class Room:
 
     def reasons(self, item: SceneObject) -> list[str]:
         """Return a sentence for each function that an object has."""
-        by = item.proposed_by
         return [
-            f"{name} {one.score:.2f}: above the {self.threshold(item, name):.2f} asked of what {by} propose"
+            f"{name} {one.score:.2f}: above the threshold of {self.threshold(item, name):.2f} for {item.proposed_by}"
             for name, one in item.functions.items()
             if one.member
         ]
@@ -228,7 +227,7 @@ class Room:
         doubts = [FRAGMENT] if item.fragment else []
         below = [name for name in item.members if item.functions[name].score <= THRESHOLD]
         if below:
-            doubts.append(f"as likely as not no {' or '.join(sorted(below))}: claimed with a score of at most 0.5")
+            doubts.append(f"uncertain: {' and '.join(sorted(below))}, claimed with a score of at most 0.5")
         return [*doubts, ASSUMED] if self.levelling.source == "assumed" else doubts
 
     def box_in_scan(self, box: Box) -> Box:

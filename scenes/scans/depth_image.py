@@ -94,7 +94,7 @@ def load_depth_image(
     image : Path, or (H, W) array
         PNG, TIFF or NPY. Whole numbers are divided by ``depth_scale``; others are metres. 0 and NaN are unseen.
     intrinsics : Path, Intrinsics, or (3, 3) array_like in pixels, optional
-        The camera; without it a first Kinect's is taken, and that is reported.
+        The camera; without it a first-generation Kinect's is assumed, and that is reported.
     color : Path, optional
         An image of the same size, registered to the depth.
     depth_scale : float
@@ -118,7 +118,9 @@ def load_depth_image(
     else:
         camera = kinect_like(depth.shape[1], depth.shape[0])
         if report:
-            report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
+            report(
+                f"{name}: no camera given, so a first-generation Kinect's is assumed, focal length {camera.fx:g} pixels"
+            )
     # Larger values mark pixels without a measurement, such as 65535.
     points = np.where((depth > 0) & (depth < SCAN.largest), depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)

@@ -91,7 +91,7 @@ def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
     if units == "auto":
         units = "mm" if extent > SCAN.largest else "m"
         if units == "mm":
-            report(f"{name}: {extent:.3g} large, so taken to be in millimetres; units= says otherwise")
+            report(f"{name}: {extent:.3g} large, so millimetres are assumed; units= sets another unit")
     if not 0.05 <= extent * METRES[units] <= SCAN.largest:
         came = f"got {extent * METRES[units]:.3g} m"
         raise InputError(f"{name}: expected a scan between 5 cm and {SCAN.largest:g} m large, {came}; set units=")

@@ -35,13 +35,12 @@ class _Rule:
 @cache
 def _rules() -> tuple[_Rule, ...]:
     with files(__package__).joinpath("functions.csv").open(encoding="utf-8", newline="") as stream:
-        return tuple(_rule(row) for row in csv.DictReader(stream))
-
-
-def _rule(row: dict[str, str]) -> _Rule:
-    pattern = re.compile(rf"\b(?:{row['pattern']})(?:e?s)?\b", re.IGNORECASE)
-    purpose = Purpose(row["label"], row["also"], row["ambiguous"] == "1")
-    return _Rule(row["field"], pattern, purpose, float(row["max_height"] or "inf"))
+        rules = []
+        for row in csv.DictReader(stream):
+            pattern = re.compile(rf"\b(?:{row['pattern']})(?:e?s)?\b", re.IGNORECASE)
+            purpose = Purpose(row["label"], row["also"], row["ambiguous"] == "1")
+            rules.append(_Rule(row["field"], pattern, purpose, float(row["max_height"] or "inf")))
+        return tuple(rules)
 
 
 def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:

@@ -121,10 +121,13 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Furnit
     kinds: dict[bool, dict[str, tuple[DatasetObject, ...]]] = {True: {}, False: {}}
     for item in dataset.objects:
         try:
-            size = extents(item)
+            geometry = read_geometry(item.path)
+            if not len(geometry.faces):
+                raise InputError(f"{item.path.name}: expected a mesh, got points, which hide nothing from a camera")
         except InputError as error:
             failed(error)
             continue
+        size = np.ptp(geometry.vertices[np.unique(geometry.faces)], axis=0)
         if size[2] >= LOWEST and size.max() <= LARGEST:
             kind, name = kinds[bool(size.max() <= SMALL)], min(item.functions, default="none")
             kind[name] = (*kind.get(name, ()), item)
@@ -132,14 +135,6 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Furnit
         wanted = f"at least {LOWEST} m high and at most {LARGEST} m long"
         raise InputError(f"{dataset.name}: expected objects {wanted}, found none")
     return FurnitureStock(kinds[False], kinds[True])
-
-
-def extents(item: DatasetObject) -> np.ndarray:
-    """Return an object's size (3,), metres; raise InputError for points, which a camera would see through."""
-    geometry = read_geometry(item.path)
-    if not len(geometry.faces):
-        raise InputError(f"{item.path.name}: expected a mesh, got points, which hide nothing from a camera")
-    return np.ptp(geometry.vertices[np.unique(geometry.faces)], axis=0)
 
 
 def furnish(

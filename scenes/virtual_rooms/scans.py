@@ -78,20 +78,18 @@ class VirtualScan:
     poses: tuple[np.ndarray, ...] = ()  # T_room_camera (4, 4) of each view; none for whole surfaces
 
     def seen(self) -> np.ndarray:
-        """Return the numbers of the objects of which the scan holds enough points."""
-        return np.array([number for number in range(len(self.room.objects)) if self.holds(number)], int)
-
-    def holds(self, number: int) -> bool:
-        """Return whether the scan holds enough of an object's points and of its surface, inside and outside."""
+        """Return the numbers of the objects of which the scan holds enough points and enough of the surface."""
         from scipy.spatial import cKDTree
 
-        points = self.points[self.labels == number]
-        if len(points) < MIN_POINTS:
-            return False
-        surface = self.room.objects[number].points
-        probes = surface[:: max(1, len(surface) // PROBES)]
-        near, _ = cKDTree(points).query(probes, distance_upper_bound=NEAR)
-        return bool(np.isfinite(near).mean() >= MIN_SHARE)
+        seen = []
+        for number, placed in enumerate(self.room.objects):
+            points = self.points[self.labels == number]
+            if len(points) >= MIN_POINTS:
+                probes = placed.points[:: max(1, len(placed.points) // PROBES)]
+                near, _ = cKDTree(points).query(probes, distance_upper_bound=NEAR)
+                if np.isfinite(near).mean() >= MIN_SHARE:
+                    seen.append(number)
+        return np.array(seen, int)
 
 
 def whole_scan(room: VirtualRoom) -> VirtualScan:
