@@ -103,7 +103,8 @@ def classify_parts(
         read = [around(part, one.box.size, one.support) for one, part in zip(proposals, parts, strict=True)]
         found = model.scene_memberships(settled, np.array(read))
     if context.thresholds is not None:
-        found = [with_claims(one, context.thresholds[by.by]) for one, by in zip(found, proposals, strict=True)]
+        sources = [context.thresholds[one.by] for one in proposals]
+        found = [with_claims(one, threshold) for one, threshold in zip(found, sources, strict=True)]
     watch.lap("classification")
     return found
 
