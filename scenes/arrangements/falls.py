@@ -84,7 +84,7 @@ def upward_parts(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) ->
 
 
 def contacts_with(centers: np.ndarray, radius: float, cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far an object's surface is from each sphere's centre, metres, and its normal's upward part, (S, 2).
+    """Return an object's distance from each sphere's centre, metres, and its normal's upward part there, (S, 2).
 
     Two contacts are measured, at the nearest point and at the point most directly below, since a sphere may touch a
     wall and a floor of the same object. Distances are infinite and upward parts 0 where the surface is out of reach.

@@ -18,7 +18,7 @@ from spherefunc_bullet.simulator import DropSettings, Simulator
 from .falls import ArrangedDrops, drops_over
 from .placing import ArrangedObject, along_heading
 
-LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
+LAYER = 0.1  # of the box, covered by the spheres of a run, so that few of them meet
 FINER = 2.0  # times smaller than the spheres that find places to put objects on
 FEWEST = 10  # drops of a run
 
@@ -80,7 +80,7 @@ def level_of(
 
 
 def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
-    """Return how many spheres of a radius cover a share of a box of a size (3,), metres."""
+    """Return the number of spheres of a radius that cover a share of a box of a size (3,), metres."""
     return max(FEWEST, int(share * size[:2].prod() / (np.pi * radius**2)))
 
 
@@ -89,7 +89,7 @@ def on_level(falls: ArrangedDrops, number: int, height: float) -> np.ndarray:
     return falls.by(number) & (np.abs(falls.bases - height) <= falls.radius)
 
 
-SUNK = 0.002  # metres: what is no deeper in another object touches it
+SUNK = 0.002  # metres: an object that is at most so deep in another touches it
 NEAR = 0.012  # metres from the other's surface: an object that crosses it has points there, on either side
 STEP = 0.008  # metres between neighbouring samples of one surface, at most
 

@@ -99,7 +99,7 @@ class ArrangedObject:
 
     @cached_property
     def surface(self) -> WorldSurface:
-        """Its surface in the world's frame, for what stands on it or under it."""
+        """Its surface in the world's frame, for objects above or below it."""
         return surface_of(self.cloud)
 
     def to_world(self, points: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ class Feet:
     points: np.ndarray  # (U, 3) metres, the world's frame
     gaps: np.ndarray  # (U, K + 1) metres to each of the others, and to the ground; infinite where that carries nothing
     touch: np.ndarray  # (K + 1,) metres: the largest gap at which two places touch
-    level: float  # metres: what is at most this high above the lowest contact is a foot too
+    level: float  # metres above the lowest contact, up to which places are feet too
 
     @property
     def nearest(self) -> float:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene
 
 NEIGHBORS = 16  # of a point, which give the slope of its surface; some may be on the far side of a wall
-ASIDE = 0.4  # spacings from a plane: what is farther is on another side
+ASIDE = 0.4  # spacings from a plane: points that are farther are on another side
 FLAT, WIDE = 0.03, 0.1  # shares of the variance across a patch, at most, and along its narrower side, at least
 HALF_SIDE = 0.6  # spacings, of the squares: few gaps are left between unevenly spaced points
 ASKEW = np.array([0.9e-6, 0.5e-6, 0.0])  # metres, so that edges exactly over each other, as of equal cups, do not cross
@@ -65,11 +65,11 @@ class WorldSurface:
         return raycasting_scene((self.vertices, self.faces), threads=1)
 
     def below(self, points: np.ndarray) -> np.ndarray:
-        """Return how far it is below points (N, 3), metres; infinite where it is not."""
+        """Return its distance below points (N, 3), metres; infinite where it is not below."""
         return self._along(points, -1.0)
 
     def above(self, points: np.ndarray) -> np.ndarray:
-        """Return how far it is above points (N, 3), metres; infinite where it is not."""
+        """Return its distance above points (N, 3), metres; infinite where it is not above."""
         return self._along(points, 1.0)
 
     def _along(self, points: np.ndarray, way: float) -> np.ndarray:
@@ -175,7 +175,7 @@ def curtains(edges: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def heights_on(edges: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return how high edges (N, 2, 3) are over places (N, 3) in plan view, (N,) metres; minus infinity beside."""
+    """Return the heights of edges (N, 2, 3) at places (N, 3) in plan view, (N,) metres; minus infinity off the edge."""
     along = edges[:, 1] - edges[:, 0]
     share = ((places - edges[:, 0])[:, :2] * along[:, :2]).sum(axis=1) / (along[:, :2] ** 2).sum(axis=1)
     return np.where(np.abs(share - 0.5) < 0.501, edges[:, 0, 2] + share * along[:, 2], -np.inf)

@@ -1,4 +1,4 @@
-"""Several objects together, in one call: where each stands, what it carries and is for, alone and among the others."""
+"""Several objects together, in one call: what each stands on and carries, and its functions alone and together."""
 
 from __future__ import annotations
 

@@ -204,7 +204,7 @@ def impair(
 
 
 def _count(names: Iterable[str]) -> dict[str, int]:
-    """Return how often each name occurs, by name."""
+    """Return the number of occurrences of each name, by name."""
     return dict(sorted(Counter(names).items()))
 
 

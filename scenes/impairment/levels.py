@@ -69,7 +69,7 @@ class LevelPart:
 
     @cached_property
     def box(self) -> np.ndarray:
-        """Lowest and highest place (2, 2) of what is level."""
+        """Lowest and highest corner (2, 2) of the level cells."""
         places = self.grid.places(self.flat)
         return np.array([places.min(axis=0), places.max(axis=0)]) + [[-self.grid.cell / 2], [self.grid.cell / 2]]
 
@@ -157,7 +157,7 @@ class Cavity:
         return float(self.areas.sum()) * (self.brim - self.floor) / len(self.areas)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return how far points (N, 3) are from the axis, (N,) metres."""
+        """Return the distances of points (N, 3) from the axis, (N,) metres."""
         return np.linalg.norm(points[:, :2] - self.axis, axis=1)
 
     def is_left_in(self, surface: ObjectSurface) -> bool:

@@ -22,7 +22,7 @@ from .useless import along_and_across
 CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: a leg is sawn at the highest below which legs are apart
 FEWEST = 3  # legs
 WIDEST = 0.15  # of the footprint's box, the largest leg: more is a body
-FOOT = 0.02  # of the level's height: what is lower is on the ground
+FOOT = 0.02  # of the level's height, below which points are on the ground
 NEEDED = 0.25  # of the supported part of the seat or the top, that is no longer supported without a leg that counts
 ASKEW_DEG = (5.0, 10.0)
 

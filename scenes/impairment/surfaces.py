@@ -134,6 +134,6 @@ def halved(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarra
 
 
 def distances(places: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return how far places (N, 3) are from others, each from its own: by columns, which is faster than by rows."""
+    """Return the distance of each place (N, 3) from its partner; by columns, which is faster than by rows."""
     squares = (places - others) ** 2
     return np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2])

@@ -58,7 +58,7 @@ def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
 
 
 def beyond_edge(points: np.ndarray, box: Box) -> np.ndarray:
-    """Return how far points (N, 3) lie outside a box seen from above, metres, negative inside."""
+    """Return the distances of points (N, 3) outside a box seen from above, metres, negative inside."""
     outside = np.abs(box.to_own(points)[:, :2]) - box.size[:2] / 2
     return np.where((outside > 0).all(axis=1), np.linalg.norm(outside, axis=1), outside.max(axis=1))
 

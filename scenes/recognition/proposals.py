@@ -107,7 +107,7 @@ def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Propo
 
 
 def shared_points(one: Proposal, other: Proposal) -> int:
-    """Return how many points two proposals share."""
+    """Return the number of points that two proposals share."""
     small, large = sorted((one.members, other.members), key=len)
     if not len(small) or small[0] > large[-1] or large[0] > small[-1]:
         return 0

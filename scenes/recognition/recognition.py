@@ -1,4 +1,4 @@
-"""From a scan to objects and what they are for (paper, §IV-C and Fig. 6)."""
+"""From a scan to objects and their functions (paper, §IV-C and Fig. 6)."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ NAMES = (
     "backed", "backed_aside", "closed_below", "hollow_below", "begins",  # by its own points
     "carries", "covered",  # by others' points over it, shares of the level
     "goes_on", "beside", "walled_near", "walled_far", "lower_near", "ground_near", "unseen_near",  # of all directions
-    "highest_near", "highest_far",  # metres above the level, of what is around
+    "highest_near", "highest_far",  # metres above the level, of points around it
     "from_wall",  # metres, at most 1
 )  # fmt: skip
 

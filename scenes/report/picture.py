@@ -151,7 +151,7 @@ def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int
     for dx in range(-(reach // 2), reach - reach // 2):
         for dy in range(-(reach // 2), reach - reach // 2):
             inside = (x + dx >= 0) & (x + dx < width) & (y + dy >= 0) & (y + dy < height)
-            # Of equal pixels numpy keeps the last, which is the nearest; outer squares go below what is there.
+            # For equal pixels numpy keeps the last value, which is the nearest point's.
             image[(y[inside] + dy) * width + x[inside] + dx] = colours[inside]
     return image.reshape(height, width, 3)
 

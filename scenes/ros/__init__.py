@@ -1,4 +1,4 @@
-"""ROS: clouds out of recorded bags, and what was found as boxes that a node publishes; nothing here needs ROS itself.
+"""ROS: clouds from recorded bags, and found objects as boxes that a node publishes; nothing here needs ROS itself.
 
 May import `recognition`, `scans` and the shared stack.
 """

@@ -149,7 +149,7 @@ def pack_keys(points, side, packed):
 
 @njit(cache=True, error_model="numpy")
 def sort_by_digit(keys, order, sorted_keys, sorted_order, shift, ends):
-    """Write keys (N,) and what they order by one digit, equal ones as they come; ``ends`` is scratch."""
+    """Write keys (N,) and their order sorted by one digit, stably; ``ends`` is scratch memory."""
     ends[:] = 0
     for i in range(len(keys)):
         ends[((keys[i] >> shift) & ((1 << _DIGIT) - 1)) + 1] += 1

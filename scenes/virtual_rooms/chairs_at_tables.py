@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..segmentation.clusters import bounding_box
@@ -25,12 +23,7 @@ _BACK = 0.7  # of a chair's height, above which there is only its back
 _OFF = 0.04  # metres from the middle to the back, at least, for a chair to have a front
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Seating:
-    """A place at a table's side."""
-
-    middle: np.ndarray  # (2,) of the side's stretch, metres
-    outward: np.ndarray  # (2,) unit vector, away from the table
+Seating = tuple[np.ndarray, np.ndarray]  # a place (2,) at a table's side, metres, and the unit vector (2,) away from it
 
 
 def chairs_to_tables(contents: RoomContents):
@@ -68,7 +61,7 @@ def seatings_of(table: PlacedObject) -> list[Seating]:
             edge = box.center[:2] + outward * box.size[1 - along] / 2
             shares = (np.arange(count) + 0.5) / count - 0.5
             stretch = box.size[along] * box.axes[along, :2]
-            places += [Seating(middle=edge + share * stretch, outward=outward) for share in shares]
+            places += [(edge + share * stretch, outward) for share in shares]
     return places
 
 
@@ -95,12 +88,13 @@ def seat_chair(contents: RoomContents, occupancy: Occupancy, seating: Seating, c
 
 def pushed(chair: PlacedObject, seating: Seating, occupancy: Occupancy, rng: np.random.Generator) -> np.ndarray | None:
     """Return the pose (4, 4) of a chair that is pushed to a place; None if there is no room next to the table."""
-    front, inward = front_of(chair.cloud.points, rng), -seating.outward
+    (middle, outward), front = seating, front_of(chair.cloud.points, rng)
+    inward = -outward
     angle = np.arctan2(inward[1], inward[0]) - np.arctan2(front[1], front[0])
     T_room_object = heading_transform(float(angle + rng.uniform(-TURNED, TURNED)))
     points = transformed(chair.cloud.points, T_room_object)
-    along = points[:, :2] @ seating.outward
-    start = seating.middle + (CLEAR - along.min()) * seating.outward
+    along = points[:, :2] @ outward
+    start = middle + (CLEAR - along.min()) * outward
     steps = np.arange(0.0, CLEAR + np.ptp(along), STEP)
     moved = (points + np.append(start + step * inward, 0.0) for step in steps)
     free = next((k for k, placed in enumerate(moved) if not occupancy.is_free(placed)), len(steps))

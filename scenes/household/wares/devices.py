@@ -1,4 +1,4 @@
-"""Devices: screens, computers, radios, fans and what stands on a kitchen counter."""
+"""Devices: screens, computers, radios, fans and kitchen appliances."""
 
 from __future__ import annotations
 
