@@ -36,7 +36,7 @@ from ..comparison.experiment import BACKENDS, Experiment, candidates
 from ..comparison.page import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.significance import Report
-from ..evaluation.confusion import Confusion, count_confusion
+from ..evaluation.evaluation import Confusion, count_confusion
 from ..evaluation.impaired import impaired_copies, impaired_shares
 from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
 from ..evaluation.readings import spheres_profiled

@@ -16,8 +16,7 @@ from spherefunc_bullet.formats.units import format_duration, format_length
 from ..comparison.recommendation import recommendation_sentence, recommendation_table, recommendations
 from ..comparison.significance import Report
 from ..comparison.tables import with_spread
-from ..evaluation.confusion import Confusion
-from ..evaluation.evaluation import Qualities
+from ..evaluation.evaluation import Confusion, Qualities
 from ..evaluation.features import SPHERES
 from ..evaluation.readings import POINTS
 from ..evaluation.tables import Result

@@ -1,4 +1,4 @@
-"""How well one feature tells functions (§IV): trial by trial, and with every object left out.
+"""How well one feature classifies functions (§IV): trial by trial, with every object left out, and what is confused.
 
 Distances between histograms do not depend on which objects train, so each feature's are computed once, and a
 trial only chooses rows and columns.
@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from spherefunc_bullet.datasets.dataset import NONE
 from spherefunc_bullet.learning.method import AnyMethod, Method
 from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
@@ -28,17 +29,30 @@ Qualities = dict[str, FunctionQuality]  # by function
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
-    """What was said of objects that were not learnt."""
+    """The scores of objects that were not learnt."""
 
-    learnt: int  # objects
-    rows: np.ndarray  # (T,) int, which objects were tested
+    learnt: int  # number of objects
+    rows: np.ndarray  # (T,) int, the objects that were tested
     scores: np.ndarray  # (T, F)
     weights: Sequence[Sequence[Weights]]  # of every split, each function's
-    unsure: np.ndarray | None = None  # (T,) bool, which answers are, where that was learnt
+    unsure: np.ndarray | None = None  # (T,) bool, the answers that are unsure, where that was learnt
+
+    @classmethod
+    def joined(cls, trials: Sequence[Trial], splits: Sequence[Split] = ()) -> Trial:
+        """Return several trials as one, with the mean number of objects learnt: of splits, where these are given."""
+        sizes = [len(split.train) for split in splits] or [trial.learnt for trial in trials]
+        unsure = [trial.unsure for trial in trials if trial.unsure is not None]
+        return cls(
+            learnt=round(float(np.mean(sizes))),
+            rows=np.concatenate([trial.rows for trial in trials]),
+            scores=np.concatenate([trial.scores for trial in trials]),
+            weights=[weights for trial in trials for weights in trial.weights],
+            unsure=np.concatenate(unsure) if unsure else None,
+        )
 
     @property
     def predicted(self) -> np.ndarray:
-        """Which object was said to have which function, (T, F) bool."""
+        """The predicted functions of each object, (T, F) bool."""
         return self.scores > THRESHOLD
 
     def quality(self, labels: Labels, column: int) -> tuple[Quality, float]:
@@ -53,24 +67,20 @@ class Trial:
         return ((self.predicted != members) & ~(also & self.predicted)).any(axis=1)
 
     def kept(self, which: np.ndarray) -> Trial:
-        """Return what was said of some of the objects (T,) bool."""
+        """Return the trial of some of its objects (T,) bool."""
         unsure = None if self.unsure is None else self.unsure[which]
         return replace(self, rows=self.rows[which], scores=self.scores[which], unsure=unsure)
-
-    def always_negative(self) -> Trial:
-        """Return the same trial with no to everything."""
-        return replace(self, scores=np.zeros_like(self.scores), weights=(), unsure=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evaluation:
-    """What one feature and method said of a data set's objects when they were not learnt."""
+    """The results of one feature and method on a data set's objects when they were not learnt."""
 
     labels: Labels
     method: Method
     trials: Mapping[int, Sequence[Trial]]  # training size in objects -> the trials, ascending
     left_out: Mapping[str, Trial]  # every object tested once: leave_one_out, leave_one_group_out
-    again: Trial | None = None  # what other spheres on some of the objects said of them, with all others learnt
+    again: Trial | None = None  # some of the objects by other spheres on them, with all others learnt
     by_radius: Mapping[float, Evaluation] = field(default_factory=dict)  # the trials with each radius alone, metres
 
     def quality(self, train_size: int, every_trial: bool = False) -> Qualities:
@@ -83,49 +93,53 @@ class Evaluation:
 
     @property
     def halves(self) -> tuple[int, int]:
-        """How many objects the trials learn at most, and how many they test."""
+        """The largest number of objects that the trials learn, and the number that they test."""
         largest = max(self.trials)
         return largest, len(self.trials[largest][0].rows)
 
     @cached_property
     def scores(self) -> np.ndarray:
-        """The score of every object with all others learnt, (N, F)."""
+        """The scores of every object with all others learnt, (N, F)."""
         alone = self.left_out["leave_one_out"]
         return alone.scores[np.argsort(alone.rows)]
 
     @property
     def predicted(self) -> np.ndarray:
-        """Which object was said to have which function with all others learnt, (N, F) bool."""
+        """The predicted functions of every object with all others learnt, (N, F) bool."""
         return self.scores > THRESHOLD
 
     def always_negative(self) -> Evaluation:
-        """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
-        trials = {size: [trial.always_negative() for trial in trials] for size, trials in self.trials.items()}
-        left_out = {name: trial.always_negative() for name, trial in self.left_out.items()}
+        """Return the evaluation of a classifier that says no to everything, with which an accuracy is compared."""
+
+        def negative(trial: Trial) -> Trial:
+            return replace(trial, scores=np.zeros_like(trial.scores), weights=(), unsure=None)
+
+        trials = {size: list(map(negative, trials)) for size, trials in self.trials.items()}
+        left_out = {name: negative(trial) for name, trial in self.left_out.items()}
         return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
 
 
 class FeatureMethod(Protocol):
-    """One way to tell functions, on objects that it has been prepared for."""
+    """One way to classify objects by function, prepared for the objects of a data set."""
 
     labels: Labels
     method: AnyMethod
 
     def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, each what is said of the objects that its splits test by what that split learns."""
+        """Return several trials; in each, every one of its splits is learnt and tested."""
 
     def evaluation(self, splits: Splits) -> Evaluation:
-        """Return what is said of the objects under a protocol."""
+        """Return the evaluation of the objects under a protocol."""
         return evaluation_of(self, splits, iter(self.trials(splits_of_protocol(splits))))
 
 
 def splits_of_protocol(splits: Splits) -> list[Sequence[Split]]:
-    """Return the trials that a protocol asks for, each by its splits."""
+    """Return the splits of each trial of a protocol."""
     return [*([split] for trials in splits.halves.values() for split in trials), *splits.left_out.values()]
 
 
 def evaluation_of(read: FeatureMethod, splits: Splits, results: Iterator[Trial]) -> Evaluation:
-    """Return an evaluation from the trials that were asked for, in their order."""
+    """Return an evaluation from the trials of `splits_of_protocol`, in their order."""
     return Evaluation(
         labels=read.labels,
         method=read.method,
@@ -135,7 +149,7 @@ def evaluation_of(read: FeatureMethod, splits: Splits, results: Iterator[Trial])
 
 
 def trial_again(distances: Distances, rows: Sequence[int], left_out: Trial, labels: Labels, method: Method) -> Trial:
-    """Return what is said of some objects (R,) by other spheres on them, each with itself left out, as it was at first.
+    """Return the trial of some objects (R,) by other spheres on them, each left out as it was at first.
 
     Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.
 
@@ -156,7 +170,7 @@ def trial_again(distances: Distances, rows: Sequence[int], left_out: Trial, labe
 def run_trial(
     distances: Distances, labels: Labels, split: Split, method: Method, weights: Sequence[Weights] | None = None
 ) -> Trial:
-    """Return what is said of a split's test objects; without weights, its training objects choose the radii."""
+    """Return the trial of one split; without weights, its training objects choose the radii."""
     members = labels.members[split.train]
     if weights is None:
         inside = {radius: matrix[np.ix_(split.train, split.train)] for radius, matrix in distances.items()}
@@ -173,10 +187,10 @@ def function_scores(across: Distances, members: np.ndarray, weights: Sequence[We
 
 
 def pooled_trial(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> Trial:
-    """Return what is said of all objects, each tested once.
+    """Return one trial of several splits, such as those that leave out one object each.
 
-    Where splits leave out one object each, the radius is chosen once for every twentieth of them, without all
-    objects of that twentieth: never with the help of a tested object, at a twentieth of the cost.
+    The radius is chosen once for every twentieth of these, without all objects of that twentieth: never with the help
+    of a tested object, at a twentieth of the cost.
     """
     trials: list[Trial] = []
     for fold in np.array_split(np.arange(len(splits)), min(FOLDS, len(splits))):
@@ -185,12 +199,7 @@ def pooled_trial(distances: Distances, labels: Labels, splits: Sequence[Split], 
             train = np.setdiff1d(np.arange(len(labels)), np.concatenate([splits[i].test for i in fold]))
             weights = run_trial(distances, labels, Split(train, splits[fold[0]].test), method).weights[0]
         trials += [run_trial(distances, labels, splits[i], method, weights) for i in fold]
-    return Trial(
-        learnt=round(float(np.mean([trial.learnt for trial in trials]))),
-        rows=np.concatenate([trial.rows for trial in trials]),
-        scores=np.concatenate([trial.scores for trial in trials]),
-        weights=[trial.weights[0] for trial in trials],
-    )
+    return Trial.joined(trials)
 
 
 def mean_quality(trials: Sequence[Trial], labels: Labels, every_trial: bool = False) -> Qualities:
@@ -214,7 +223,7 @@ def mean_quality(trials: Sequence[Trial], labels: Labels, every_trial: bool = Fa
 
 
 def radius_counts(trials: Iterable[Trial], column: int) -> Counter[float]:
-    """Return how often each radius counted most for a function."""
+    """Return how often each radius had the largest weight for a function."""
     chosen = [weights[column] for trial in trials for weights in trial.weights]
     return Counter(max(weights, key=weights.get) for weights in chosen)
 
@@ -222,3 +231,39 @@ def radius_counts(trials: Iterable[Trial], column: int) -> Counter[float]:
 def mean(values: Sequence[float]) -> float:
     """Return a mean to four places."""
     return round(float(np.mean(values)), 4)
+
+
+@dataclass(frozen=True, eq=False)
+class Confusion:
+    """Counts of objects by label and by predicted function; the last of either is none."""
+
+    labels: tuple[str, ...]  # (F + 1,)
+    objects: np.ndarray  # (F + 1,) number of objects with the label
+    counts: np.ndarray  # (F + 1, F + 1) number of these that were predicted to have the function
+
+
+def count_confusion(labels: Labels, *trials: Trial) -> Confusion:
+    """Return the confusion matrix of all trials together; an object counts each time it was tested."""
+
+    def with_none(members: np.ndarray) -> np.ndarray:
+        return np.column_stack([members, ~members.any(axis=1)])
+
+    true = with_none(np.concatenate([labels.members[trial.rows] for trial in trials]))
+    predicted = with_none(np.concatenate([trial.predicted for trial in trials]))
+    return Confusion((*labels.functions, NONE), true.sum(axis=0), true.T.astype(int) @ predicted.astype(int))
+
+
+def confusion_report(labels: Labels, trials: Sequence[Trial]) -> dict[str, Any]:
+    """Return the confusion matrix of all trials together for JSON, with numbers of memberships and chosen radii."""
+    confusion, names = count_confusion(labels, *trials), labels.functions
+    several = np.minimum(np.concatenate([trial.predicted.sum(axis=1) for trial in trials]), 2)
+    memberships = dict(zip(("none", "one", "several"), np.bincount(several, minlength=3).tolist(), strict=True))
+    rows = [dict(zip(confusion.labels, row, strict=True)) for row in confusion.counts.tolist()]
+    radii = {name: sorted(radius_counts(trials, column).items()) for column, name in enumerate(names)}
+    return {
+        "tested": len(several),
+        "memberships": memberships,  # number of the tested objects with no, one, or several predicted functions
+        "confusion": dict(zip(confusion.labels, rows, strict=True)),  # label -> function -> number of objects
+        # Function -> radius in metres -> how often it had the largest weight.
+        "radii": {name: {f"{radius:g}": count for radius, count in chosen} for name, chosen in radii.items()},
+    }

@@ -1,4 +1,4 @@
-"""What objects are classified by: settled spheres, and what those have to beat, features that need no simulation.
+"""Features by which objects are classified: settled spheres, and baselines that need no simulation.
 
 If nearest neighbours on the bounding box do as well as the spheres, the physics adds nothing.
 """
@@ -48,19 +48,21 @@ def distances_again(
     return distances
 
 
-def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:
-    """Return what is asked of each object without its spheres, which may be many, of many objects on all cores."""
+def of_each(function: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:
+    """Return a function of each object without its spheres, which may be many; on all cores for many objects."""
     bare = (replace(record, settled={}) for record in records)
-    asking = Parallel(n_jobs=-1 if len(records) >= MANY else 1, return_as="generator")
-    return list(progress(asking(delayed(ask)(record) for record in bare), len(records), "looking at shapes"))
+    parallel = Parallel(n_jobs=-1 if len(records) >= MANY else 1, return_as="generator")
+    return list(progress(parallel(delayed(function)(record) for record in bare), len(records), "looking at shapes"))
 
 
 def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:
     """Return every baseline's distances between objects, in cubes as large as those of the spheres."""
     sides = [DIAMETERS * 2 * radius for radius in radii]
-    pairs = list(zip(*of_each(partial(cubes_and_heights_at, sides=sides), records), strict=True))
-    occupied = {radius: [cubes for cubes, _ in read] for radius, read in zip(radii, pairs, strict=True)}
-    heights = {radius: [height for _, height in read] for radius, read in zip(radii, pairs, strict=True)}
+    read = dict(
+        zip(radii, zip(*of_each(partial(cubes_and_heights_at, sides=sides), records), strict=True), strict=True)
+    )
+    occupied = {radius: [cubes for cubes, _ in pairs] for radius, pairs in read.items()}
+    heights = {radius: [squares for _, squares in pairs] for radius, pairs in read.items()}
     rooted = {radius: [(keys, np.sqrt(counts)) for keys, counts in cubes] for radius, cubes in occupied.items()}
     values = {"occupancy": occupied, "occupancy_sqrt": rooted, "height_map": heights}
     return {"bounding_box": {radii[-1]: bounding_box_distances(records)}} | {
@@ -76,7 +78,7 @@ def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
 
 
 def cube_distances(objects: Sequence[Counts]) -> np.ndarray:
-    """Return distances (N, N) between objects given as cubes and values, 0 in all others."""
+    """Return distances (N, N) between objects, each given as cubes and their values, 0 in all other cubes."""
     keys = np.unique(np.concatenate([keys for keys, _ in objects]))
     return euclidean_distances(counts_matrix(objects, keys))
 
@@ -88,7 +90,7 @@ def cubes_and_heights_at(record: ObjectRecord, sides: Sequence[float]) -> list[t
 
 
 def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Counts, Counts]:
-    """Return how many of an object's voxels with centres (V, 3) each cube holds, and their top view.
+    """Return the number of an object's voxels with centres (V, 3) in each cube, and their top view.
 
     The top view is the squares of the ground, as cubes on it, and the height over each.
     """

@@ -1,7 +1,7 @@
-"""Does it still work? What is said of impaired copies of objects whose sources were not learnt.
+"""Does it still work? How impaired copies of objects are classified, where their sources were not learnt.
 
-No benchmark can tell function from looks where all that looks like a chair is one. Here are copies that look right
-and do not work, and copies that look other and do.
+Where everything that looks like a chair is one, no benchmark can distinguish function from looks. Here are copies that
+look right and do not work, and copies that look different and do.
 """
 
 from __future__ import annotations
@@ -33,13 +33,11 @@ from .readings import FeatureMethod, ProfileFeatures, readings, spheres_read, tr
 
 VERSION = 3  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
-HELD = ", held up"  # behind the name of what does not ask whether objects fall over when they are put down
-COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
-UNSEEN_KIND = ", this kind left out"  # and behind that: of all kinds but the one that is asked about
+# Endings of a feature's name: without the check whether objects fall over; trained on copies of other sources' objects
+# as well; and that without the kind of copy that is tested.
+HELD, COPIES_LEARNT, UNSEEN_KIND = ", held up", ", copies learnt", ", this kind left out"
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
-
-
 KindShare = dict[str, Any]  # whether copies of a kind work, how many there are, and the share by feature set
 Shares = dict[str, dict[str, KindShare]]  # by function, then kind
 
@@ -49,13 +47,13 @@ class ImpairedSet:
     """Whole objects first, their copies after them."""
 
     simulated: Simulated  # both
-    labels: Labels  # of both; those of the copies are what they are for now
+    labels: Labels  # of both; a copy's labels are those that it still has
     copies: Sequence[CopyRow]
-    originals: np.ndarray  # (C,) which whole object each is a copy of
+    originals: np.ndarray  # (C,) the row of the whole object of which each is a copy
 
     @property
     def whole(self) -> int:
-        """How many objects are whole."""
+        """The number of whole objects."""
         return len(self.labels) - len(self.copies)
 
     def made_of(self, row: int) -> tuple[str, str]:
@@ -68,12 +66,12 @@ class ImpairedSet:
         return self.labels.functions.index(function), kind
 
     def made_as(self, column: int, kind: str) -> np.ndarray:
-        """Return the rows of all copies of one kind of what had one function."""
+        """Return the rows of all copies of one kind of objects with one function."""
         copies = range(len(self.copies))
         return self.whole + np.array([row for row in copies if self.column_and_kind(row) == (column, kind)], int)
 
     def with_copies(self, split: Split, unseen: str | None = None) -> Split:
-        """Return a split that learns the copies of what it learns, too, but for those of one kind."""
+        """Return a split that also learns the copies of its training objects, except those of one kind."""
         rows = self.rows_of(split.train)
         learnt = [row for row in rows if self.copies[row - self.whole].kind != unseen]
         return Split(np.concatenate([split.train, np.array(learnt, int)]), split.test)
@@ -91,16 +89,16 @@ def impaired_shares(
     baselines: bool = True,
     unseen_kinds: bool = False,
 ) -> Shares:
-    """Return the share of every kind of copy that is still called by its function, by spheres and every baseline.
+    """Return the share of each kind of copy that is still classified by its function, by spheres and every baseline.
 
-    All whole objects of other sources are learnt, or of a random half where the manifest names fewer than two.
+    All whole objects of other sources are learnt, or those of a random half where the manifest names fewer than two.
 
     Parameters
     ----------
     baselines : bool
-        Whether they are asked too.
+        Whether to measure the baselines too.
     unseen_kinds : bool
-        Whether what learns copies is also asked about each kind when it has learnt copies of all other kinds alone.
+        Whether classifiers that learn copies are also tested on each kind after learning all other kinds alone.
     """
     both, radii, splits = impaired.simulated, drop_config.radii, held_out(impaired, drop_config.seed)
     methods = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
@@ -123,7 +121,7 @@ def impaired_shares(
 def apply_stability_check(
     read: FeatureMethod, alone: Sequence[Sequence[Split]]
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return what is said of copies, and what was if none was checked: learnt once for both."""
+    """Return the predicted functions of copies with all checks of use, and without them; both are learnt at once."""
     checks = read.checks if isinstance(read, ProfileFeatures) else None
     trials = (read if checks is None else replace(read, checks=None)).trials(alone)
     held = [trial.predicted for trial in trials]
@@ -142,18 +140,18 @@ def impaired_copies(
     jobs: int = -1,
     failed: Failed,
 ) -> list[ImpairedSet]:
-    """Return the whole objects and impaired copies of some of them, spheres dropped on all, for each dropping.
+    """Return the whole objects and impaired copies of some of them, spheres dropped on all, for each drop config.
 
     Parameters
     ----------
     learnt : sequence of Simulated
-        The whole objects of the data set by each dropping.
-    drop_configs : sequence of Dropping
-        How spheres fall; the seed of the first is that of the copies too.
+        The whole objects of the data set by each drop config.
+    drop_configs : sequence of DropConfig
+        How spheres are dropped; the seed of the first is also that of the copies.
     copied : int
-        Of each function this many objects at most have copies, evenly chosen; all are learnt.
+        The maximum number of objects of each function that are copied, evenly chosen; all objects are learnt.
     failed : callable
-        Is given the error of each file that cannot be used.
+        Is called with the error of each file that cannot be used.
     """
     whole = replace(dataset, objects=evenly_chosen(learnt[0].objects, copied))
     folder = built_copies(whole, drop_configs[0], jobs, failed)
@@ -161,16 +159,14 @@ def impaired_copies(
     data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
     loaded = [replace(drop_config, loading=LoadOptions()) for drop_config in drop_configs]
     done = simulate_by_all(data, loaded, jobs=jobs, failed=[failed] * len(loaded))
-    return [
-        with_originals(originals, require_some(one), dataset, copies)
-        for originals, one in zip(learnt, done, strict=True)
-    ]
+    pairs = zip(learnt, map(require_some, done), strict=True)
+    return [with_originals(originals, simulated, dataset, copies) for originals, simulated in pairs]
 
 
 def with_originals(
     learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, CopyRow]
 ) -> ImpairedSet:
-    """Return whole objects with their copies behind them."""
+    """Return whole objects, followed by their copies."""
     both = learnt + simulated
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
     of_copies = [copies[item.path] for item in simulated.objects]
@@ -179,35 +175,32 @@ def with_originals(
 
 
 def with_copies_learnt(impaired: ImpairedSet, read: ProfileFeatures) -> ProfileFeatures:
-    """Return what learns copies beside their originals, as the models that ship do."""
+    """Return features whose classifier learns copies with their originals, as the models of the package do."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
     return replace(read, copy_groups=CopyGroups(weights=weights, groups=originals))
 
 
 def scores_for_unseen_kinds(impaired: ImpairedSet, read: ProfileFeatures, splits: Sequence[Split]) -> list[np.ndarray]:
-    """Return what is said of copies by what has learnt the copies of other sources' objects, but none of their kind.
+    """Return the predicted functions of copies after learning copies of other sources' objects, but none of their kind.
 
-    Of each copy only what is said of its original's function; everything else is False.
+    Only the function of a copy's original is predicted; everything else is False.
     """
     predicted = [np.zeros((len(split.test), len(impaired.labels.functions)), bool) for split in splits]
-    tasks = [
-        (where, column, kind)
-        for where, split in enumerate(splits)
-        for column, kind in sorted({impaired.column_and_kind(row) for row in split.test - impaired.whole})
-    ]
     alone = [replace(read, labels=impaired.labels.of_function(column)) for column in range(predicted[0].shape[1])]
-    work = [
-        (alone[column], [impaired.with_copies(splits[where], unseen=kind).testing(impaired.made_as(column, kind))])
-        for where, column, kind in tasks
-    ]
-    for (where, column, _), trial in zip(tasks, trials_of(work), strict=True):
+    tested, work = [], []
+    for where, split in enumerate(splits):
+        for column, kind in sorted({impaired.column_and_kind(row) for row in split.test - impaired.whole}):
+            tested.append((where, column))
+            of_kind = impaired.with_copies(split, unseen=kind).testing(impaired.made_as(column, kind))
+            work.append((alone[column], [of_kind]))
+    for (where, column), trial in zip(tested, trials_of(work), strict=True):
         predicted[where][np.searchsorted(splits[where].test, trial.rows), column] = trial.predicted[:, 0]
     return predicted
 
 
 def built_copies(dataset: Dataset, drop_config: DropConfig, jobs: int, failed: Failed) -> Path:
-    """Return the folder of a data set's copies, made in the cache the first time."""
+    """Return the folder of a data set's copies, which is made in the cache the first time."""
     how = {"seed": drop_config.seed, "up": drop_config.loading.up, "units": drop_config.loading.units}
     folder = cache_home() / "impaired" / content_name(dataset, drop_config)
     built_once(folder, lambda place: impair_dataset(dataset, place, **how, jobs=jobs, failed=failed))
@@ -215,7 +208,7 @@ def built_copies(dataset: Dataset, drop_config: DropConfig, jobs: int, failed: F
 
 
 def content_name(dataset: Dataset, drop_config: DropConfig) -> str:
-    """Return the hash of all that decides the copies: files, labels, how they are loaded, and the seed."""
+    """Return the hash of everything that decides the copies: files, labels, how they are loaded, and the seed."""
     digest = hashlib.sha256(f"{version('spherefunc-bullet')} {VERSION} {drop_config.seed}".encode())
     digest.update(" ".join(impairment.kind for impairment in IMPAIRMENTS).encode())
     for item in dataset.objects:
@@ -233,7 +226,7 @@ def held_out(impaired: ImpairedSet, seed: int) -> list[Split]:
 
 
 def shares_of(impaired: ImpairedSet, splits: Sequence[Split], predicted: Mapping[str, Sequence[np.ndarray]]) -> Shares:
-    """Return for each function and kind the share of its copies that every feature still calls by the function."""
+    """Return for each function and kind the share of its copies that every feature still classifies by the function."""
     rows = np.concatenate([split.test for split in splits]) - impaired.whole
     called = {name: np.concatenate(answers) for name, answers in predicted.items()}
     shares: Shares = {}
@@ -258,7 +251,7 @@ def print_shares(shares: Shares):
 
 
 def share_rows(shares: Shares) -> tuple[list[str], list[list[str]]]:
-    """Return a column for each feature set, and a row for each kind, with means over useless and harmless kinds."""
+    """Return the column names, one for each feature set, and a row for each kind and each mean over kinds."""
     features = list(next(iter(next(iter(shares.values())).values()))["share"])
     rows = [
         [f"{function}, {kind.replace('_', ' ')}", "yes" if row["works"] else "no", str(row["copies"])]
@@ -272,7 +265,7 @@ def share_rows(shares: Shares) -> tuple[list[str], list[list[str]]]:
 def mean_shares(shares: Shares, features: Sequence[str]) -> dict[str, dict[str, float]]:
     """Return the shares of useless and of harmless copies by feature set, means over kinds and then over functions.
 
-    Where there are no such copies, they are not a number.
+    Where there are no such copies, they are NaN.
     """
     rows, means = [dict(mean_rows(kinds, features)) for kinds in shares.values()], {}
     for name in (USELESS, HARMLESS):
@@ -282,7 +275,7 @@ def mean_shares(shares: Shares, features: Sequence[str]) -> dict[str, dict[str, 
 
 
 def mean_rows(kinds: Mapping[str, KindShare], features: Sequence[str]) -> Iterator[tuple[str, KindShare]]:
-    """Yield the means over useless kinds and over harmless ones, each kind counted once and the whole not at all."""
+    """Yield the means over useless kinds and over harmless ones, each kind counted once, whole objects excluded."""
     for name, works in ((USELESS, False), (HARMLESS, True)):
         rows = [row for kind, row in kinds.items() if row["works"] == works and kind != "whole"]
         if rows:

@@ -1,4 +1,4 @@
-"""The paper's protocol (§IV-B): what is true of the objects, which of them train, and which are tested."""
+"""The paper's protocol (§IV-B): the labels of the objects, which of them train, and which are tested."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its auth
 
 @dataclass(frozen=True)
 class Labels:
-    """What is true of the objects."""
+    """The true functions and the sources of objects."""
 
     functions: tuple[str, ...]
-    members: np.ndarray  # (N, F) bool, the primary function
+    members: np.ndarray  # (N, F) bool, the primary functions
     also: np.ndarray  # (N, F) bool, true as well, so not counted in the fair score
     groups: np.ndarray  # (N,) str, the sources
 
@@ -31,17 +31,17 @@ class Labels:
         return len(self.members)
 
     def of(self, rows: np.ndarray) -> Labels:
-        """Return what is true of some objects, or of some more than once."""
+        """Return the labels of some objects; a row may occur more than once."""
         return Labels(self.functions, self.members[rows], self.also[rows], self.groups[rows])
 
     def of_function(self, column: int) -> Labels:
-        """Return what is true of the objects of one function alone."""
+        """Return the labels with one function alone."""
         only = [column]
         return Labels((self.functions[column],), self.members[:, only], self.also[:, only], self.groups)
 
 
 def labels_of(simulated: Simulated | Dataset) -> Labels:
-    """Return what is true of a data set's objects.
+    """Return the labels of a data set's objects.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Split:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """How a data set is split: random halves at each training size, and what is left out in turn besides."""
+    """How a data set is split: random halves at each training size, and objects or sources left out in turn."""
 
     train_sizes: tuple[int, ...] = ()  # objects, ascending
     trials: int = 10
@@ -98,14 +98,14 @@ class Protocol:
 
 @dataclass(frozen=True, kw_only=True)
 class Splits:
-    """What a protocol tests."""
+    """The splits of a protocol."""
 
     halves: Mapping[int, Sequence[Split]]  # training size in objects -> the trials
-    left_out: Mapping[str, Sequence[Split]] = field(default_factory=dict)  # name -> what tests every object once
+    left_out: Mapping[str, Sequence[Split]] = field(default_factory=dict)  # name -> splits that test every object once
 
 
 def random_splits(count: int, train_size: int, trials: int, seed: int) -> list[Split]:
-    """Return the paper's trials: half of the objects at random, of which the first ``train_size`` train.
+    """Return the paper's trials: the first ``train_size`` of a random half train, the other half is tested.
 
     The same seed gives the same halves whatever the training size, so that sizes can be compared.
 
@@ -122,7 +122,7 @@ def random_splits(count: int, train_size: int, trials: int, seed: int) -> list[S
 
 
 def leave_one_out(count: int, seed: int) -> list[Split]:
-    """Return splits that leave out one object each, grouped in folds by `evaluation.pooled_trial`."""
+    """Return splits that leave out one object each, in random order; `evaluation.pooled_trial` groups them in folds."""
     order = np.random.default_rng([seed, count]).permutation(count)
     return [Split(np.delete(np.arange(count), i), np.array([i])) for i in order]
 
@@ -200,6 +200,5 @@ def fitting_sizes(text: str, count: int) -> tuple[tuple[int, ...], list[int]]:
 def require_enough(name: str, count: int, which: str = ""):
     """Raise InputError if so few objects cannot be split."""
     if count < FEWEST:
-        raise InputError(
-            f"{name}: expected at least {FEWEST} objects{which}, half to learn and half to test, got {count}"
-        )
+        halves = "half to learn and half to test"
+        raise InputError(f"{name}: expected at least {FEWEST} objects{which}, {halves}, got {count}")

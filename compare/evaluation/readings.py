@@ -1,4 +1,4 @@
-"""All that is asked about objects: the spheres as a method reads them, and every baseline, each with its classifier."""
+"""The features that are evaluated: the spheres as a method reads them, and every baseline, each with its classifier."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.cached_runs import Check
 from spherefunc_bullet.settling.drops import DropsByRadius, settled_in_column
 from spherefunc_bullet.settling.records import ObjectRecord
 
-from .evaluation import Evaluation, FeatureMethod, Trial, Weights, evaluation_of, pooled_trial, splits_of_protocol
+from .evaluation import Evaluation, FeatureMethod, Trial, evaluation_of, pooled_trial, splits_of_protocol
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
 from .related.examiner import related
@@ -35,17 +35,17 @@ WORTH_CORES = 400  # objects to be learnt in all, in a second: for fewer, other 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UseChecks:
-    """What tells that objects have not the functions that their spheres speak for."""
+    """Checks that objects can be used: they rule out functions for which the spheres speak."""
 
-    fallen: np.ndarray  # (N,) bool: which fall over when they are put down
-    uses: tuple[Check, ...]  # asks each whether it fails a check of its use, which takes time
+    fallen: np.ndarray  # (N,) bool: the objects that fall over when they are put down
+    uses: tuple[Check, ...]  # of each object: whether it fails a check of its use, which takes time
 
     def of(self, rows: np.ndarray) -> UseChecks:
         """Return the checks of some objects, in their order."""
         return UseChecks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
 
     def excluded(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which fail in use, (T,)."""
+        """Return the functions that are ruled out for objects with scores (T, F), (T, F) bool, and who fails in use."""
         failed = [
             () if self.fallen[row] else failed_uses(np.array(functions)[row_scores > THRESHOLD], self.uses[row])
             for row, row_scores in zip(rows, scores, strict=True)
@@ -67,51 +67,43 @@ class ProfileFeatures(FeatureMethod):
     checks: UseChecks | None = None  # of the objects themselves
 
     def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
+        """Return one trial of some splits; see `trials`."""
         return self.trials([splits])[0]
 
     def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials; see `trials_of`."""
         return trials_of([(self, splits) for splits in splits_of_trials])
 
-    def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights], np.ndarray]:
-        """Return the scores (T, F) of what a fold tests, which radius counts most for each function, what is unsure."""
+    def fold_trial(self, fold: Split) -> Trial:
+        """Return the trial of one split, with the radius that counts most for each function as weight."""
         rows, functions = fold.train, self.labels.functions
         members, names = self.labels.members[rows], [str(row) for row in rows]
         copy_groups = None if self.copy_groups is None else self.copy_groups.of(rows)
         learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, copy_groups)
-        weights = [{learnt.radius_[name]: 1.0} for name in functions]
-        scores = learnt.score_profiles(self.profiles[fold.test])
-        if self.checks is None:
-            return scores, weights, learnt.are_uncertain(scores)
-        without, failing = self.checks.excluded(fold.test, scores, functions)
-        scores[without] = 0.0
-        return scores, weights, learnt.are_uncertain(scores) | failing
+        scores, failing = learnt.score_profiles(self.profiles[fold.test]), False
+        if self.checks is not None:
+            without, failing = self.checks.excluded(fold.test, scores, functions)
+            scores[without] = 0.0
+        weights, unsure = [{learnt.radius_[name]: 1.0} for name in functions], learnt.are_uncertain(scores) | failing
+        return Trial(learnt=len(rows), rows=fold.test, scores=scores, weights=[weights], unsure=unsure)
 
 
 def evaluations(tasks: Sequence[tuple[ProfileFeatures, Splits]]) -> list[Evaluation]:
-    """Return what was said of objects under protocols, all of it learnt side by side."""
-    results = iter(
-        trials_of([(features, splits) for features, protocol in tasks for splits in splits_of_protocol(protocol)])
-    )
+    """Return the evaluations of features under protocols, all of them learnt in parallel."""
+    splits_of_trials = [(features, splits) for features, protocol in tasks for splits in splits_of_protocol(protocol)]
+    results = iter(trials_of(splits_of_trials))
     return [evaluation_of(features, protocol, results) for features, protocol in tasks]
 
 
 def trials_of(tasks: Sequence[tuple[ProfileFeatures, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
-    folds = [folds_of(splits) for _, splits in tasks]
-    work = [
-        delayed(features.scores_of)(fold)
-        for (features, _), own_folds in zip(tasks, folds, strict=True)
-        for fold in own_folds
-    ]
-    rows = sum(len(fold.train) for own_folds in folds for fold in own_folds)
+    folds = [[(features, fold) for fold in folds_of(splits)] for features, splits in tasks]
+    work = [delayed(features.fold_trial)(fold) for own_folds in folds for features, fold in own_folds]
+    rows = sum(len(fold.train) for own_folds in folds for _, fold in own_folds)
     learning = Parallel(n_jobs=-1 if rows >= WORTH_CORES else 1, return_as="generator")
     results = iter(list(progress(learning(work), len(work), "learning and testing")))
-    return [
-        joined(splits, own_folds, [next(results) for _ in own_folds])
-        for (_, splits), own_folds in zip(tasks, folds, strict=True)
-    ]
+    parts = [[next(results) for _ in own_folds] for own_folds in folds]
+    return [Trial.joined(trials, splits) for trials, (_, splits) in zip(parts, tasks, strict=True)]
 
 
 def folds_of(splits: Sequence[Split]) -> list[Split]:
@@ -119,39 +111,24 @@ def folds_of(splits: Sequence[Split]) -> list[Split]:
     if len(splits) <= PARTS:
         return list(splits)
     parts = [[splits[k] for k in part] for part in np.array_split(np.arange(len(splits)), PARTS)]
-    return [
-        Split(
-            train=reduce(np.intersect1d, [split.train for split in part]),
-            test=np.concatenate([split.test for split in part]),
-        )
-        for part in parts
-    ]
+    trains = [reduce(np.intersect1d, [split.train for split in part]) for part in parts]
+    tests = [np.concatenate([split.test for split in part]) for part in parts]
+    return list(map(Split, trains, tests))
 
 
-def joined(
-    splits: Sequence[Split], folds: Sequence[Split], results: Sequence[tuple[np.ndarray, list[Weights], np.ndarray]]
-) -> Trial:
-    """Return one trial from what was said in each of its folds."""
-    return Trial(
-        learnt=round(float(np.mean([len(split.train) for split in splits]))),
-        rows=np.concatenate([fold.test for fold in folds]),
-        scores=np.concatenate([scores for scores, _, _ in results]),
-        weights=[weights for _, weights, _ in results],
-        unsure=np.concatenate([unsure for _, _, unsure in results]),
-    )
-
-
-def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> ProfileFeatures:
+def profiled(
+    objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier, **more: object
+) -> ProfileFeatures:
     """Return the quantities of objects, each given by its drops at every radius."""
-    return ProfileFeatures(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
+    return ProfileFeatures(profiles=classifier.profiles(objects), labels=labels, classifier=classifier, **more)
 
 
 def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> ProfileFeatures:
-    """Return the quantities of the spheres that fell on objects, and what checks the objects."""
-    read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+    """Return the quantities of the spheres that fell on objects, with the checks of the objects' use."""
     fallen = np.array([record.falls_over for record in simulated.records], bool)
     checks = UseChecks(fallen=fallen, uses=tuple(record.check for record in simulated.records))
-    return replace(read, copy_groups=copy_groups_in(simulated.objects), checks=checks)
+    groups = copy_groups_in(simulated.objects)
+    return profiled(simulated.settled, labels, FunctionClassifier(radii=radii), copy_groups=groups, checks=checks)
 
 
 def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
@@ -161,21 +138,20 @@ def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
 
 
 def calibrated_across_sources(read: ProfileFeatures, objects: Sequence[DatasetObject]) -> ProfileFeatures:
-    """Return what learns how sure to be from the objects of each source when nothing of that source is learnt."""
+    """Return features whose classifier is calibrated on the objects of each source with that source left out."""
     names, originals = distinct_names(objects)
     return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))
 
 
 def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> ProfileFeatures:
-    """Return the same quantities of the objects' own points: what the spheres have to beat."""
+    """Return the same quantities of the objects' own points, as a baseline for the spheres."""
     points = of_each(partial(points_as_drops, radii=radii), simulated.records)
-    return replace(
-        profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects)
-    )
+    groups = copy_groups_in(simulated.objects)
+    return profiled(points, labels, FunctionClassifier(radii=radii), copy_groups=groups)
 
 
 def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
-    """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
+    """Return an object's own points in place of settled spheres: as far apart as spheres, in random order."""
     points = voxel_centers(record)
     mixed = np.random.default_rng(seed).permutation(points)
     return {radius: settled_in_column(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
@@ -190,13 +166,13 @@ class NeighbourFeatures(FeatureMethod):
     method: Method
 
     def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, each what is said of the objects that its splits test."""
+        """Return several trials; see `pooled_trial`."""
         each = progress(splits_of_trials, len(splits_of_trials), "learning and testing")
         return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in each]
 
 
 def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
-    """Return the spheres as a method reads them, and what they have to beat: shapes, points and related work."""
+    """Return the spheres as a method reads them, and all baselines: the objects' points, shapes and related work."""
     return {SPHERES: spheres_read(simulated, radii, method)} | baselines_read(simulated, radii, method)
 
 
@@ -209,19 +185,17 @@ def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMeth
 
 
 def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
-    """Return what the spheres have to beat: their own points, shapes and related work."""
+    """Return all baselines: the objects' own points, shapes and related work."""
     points = points_profiled(simulated, labels_of(simulated), radii)
     return {POINTS: points} | shapes_read(simulated, radii, method)
 
 
 def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
-    """Return baselines that are quickly asked: shapes, and related work.
+    """Return the baselines that take little time: shapes, and related work.
 
-    Shapes are scored with the neighbours, votes and choice of radius of the method, if it has such.
+    Shapes are scored with the neighbours, votes and choice of radius of the method, if it has these.
     """
     labels, neighbours = labels_of(simulated), method if isinstance(method, Method) else CUBES
-    shapes = {
-        name: NeighbourFeatures(distances=distances, labels=labels, method=neighbours)
-        for name, distances in baseline_distances(simulated.records, radii).items()
-    }
-    return shapes | related(simulated.records, labels)
+    by_shape = baseline_distances(simulated.records, radii)
+    features = partial(NeighbourFeatures, labels=labels, method=neighbours)
+    return {name: features(distances=each) for name, each in by_shape.items()} | related(simulated.records, labels)

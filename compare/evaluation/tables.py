@@ -12,8 +12,7 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import AnyMethod
 
-from .confusion import confusion_report
-from .evaluation import Evaluation, Qualities
+from .evaluation import Evaluation, Qualities, confusion_report
 from .features import SPHERES
 from .impaired import Shares, print_shares
 from .protocol import FAIR, Protocol, Split, Splits, labels_of
@@ -45,7 +44,7 @@ def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
 
 
 def result(protocol: str, train_size: int, figures: dict[str, Qualities]) -> Result:
-    """Return one protocol's figures, the spheres' apart from the baselines'."""
+    """Return one protocol's figures, with the baselines separate from the spheres."""
     baselines = {name: qualities for name, qualities in figures.items() if name != SPHERES}
     return {"protocol": protocol, "train_size": train_size, "functions": figures[SPHERES], "baselines": baselines}
 
@@ -79,9 +78,9 @@ def print_results(
     tasks: dict[str, dict[str, Any]] | None = None,
     corruptions: Corruptions | None = None,
 ):
-    """Print the results, and those of impaired copies and corrupted clouds if they were asked for, as JSON or tables.
+    """Print the results, and those of impaired copies and corrupted clouds where there are any, as JSON or tables.
 
-    What was measured of other tasks goes into JSON alone.
+    The results of other tasks are printed as JSON only.
     """
     last_split = [result for result in results if result["protocol"] in ("random_splits", "test")][-1]
     if json:
@@ -96,7 +95,11 @@ def print_results(
     )
     pooled = [result for result in results if result["protocol"].startswith("leave")]
     for result in results if len(results) < 3 else [last_split, *pooled]:
-        print_baselines(result)
+        rows = [
+            [name.replace("_", " "), *(f"{row['f_measure']:.3f} ({row['f_measure_fair']:.3f})" for row in by.values())]
+            for name, by in ({SPHERES: result["functions"]} | result["baselines"]).items()
+        ]
+        print_table(f"{result_title(result)}: F-measure (fair)", ["features", *result["functions"]], rows)
     for result in results if confusion else []:
         print_confusion(result)
     if impaired is not None:
@@ -105,8 +108,13 @@ def print_results(
         print_corruptions(corruptions)
 
 
+def result_title(result: Result) -> str:
+    """Return the protocol and the training size of a result, after an empty line."""
+    return f"\n{result['protocol'].replace('_', ' ')}, {result['train_size']} training objects"
+
+
 def result_rows(result: Result) -> list[list[str]]:
-    """Return one result's table rows, a function each."""
+    """Return one result's table rows, one for each function."""
     rows = []
     for name, row in result["functions"].items():
         spread = "" if row["f_measure_std"] is None else f"{row['f_measure_std']:.3f}"
@@ -117,28 +125,14 @@ def result_rows(result: Result) -> list[list[str]]:
 
 
 def print_confusion(result: Result):
-    """Print who was said to have which function, of one result: the mean of its trials (paper, Fig. 4)."""
+    """Print the confusion matrix of one result, the mean of its trials (paper, Fig. 4), and the chosen radii."""
     confusion, trials = result["said"], result.get("trials", 1)
     rows = [[label, *(f"{n / trials:.1f}" for n in row.values())] for label, row in confusion["confusion"].items()]
     several = "".join(f", {n / trials:.1f} {name}" for name, n in confusion["memberships"].items())
-    print_table(
-        f"\n{result['protocol'].replace('_', ' ')}, {result['train_size']} training objects, "
-        f"{confusion['tested'] / trials:g} tested: said to have functions{several}",
-        ["labelled", *(f"said {name}" for name in confusion["confusion"])],
-        rows,
-    )
+    title = f"{result_title(result)}, {confusion['tested'] / trials:g} tested: said to have functions{several}"
+    print_table(title, ["labelled", *(f"said {name}" for name in confusion["confusion"])], rows)
     counted = [
         f"{name} {', '.join(f'{format_length(float(radius))} {n}x' for radius, n in radii.items())}"
         for name, radii in confusion["radii"].items()
     ]
     show(f"radii chosen: {'; '.join(counted)}")
-
-
-def print_baselines(result: Result):
-    """Print the spheres beside the baselines of one result."""
-    rows = [
-        [name.replace("_", " "), *(f"{row['f_measure']:.3f} ({row['f_measure_fair']:.3f})" for row in rows.values())]
-        for name, rows in ({SPHERES: result["functions"]} | result["baselines"]).items()
-    ]
-    title = f"\n{result['protocol'].replace('_', ' ')}, {result['train_size']} training objects: F-measure (fair)"
-    print_table(title, ["features", *result["functions"]], rows)

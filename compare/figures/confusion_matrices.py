@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..evaluation.confusion import Confusion, count_confusion
+from ..evaluation.evaluation import Confusion, count_confusion
 from ..pages.plates import DOUBLE, INK, SINGLE, Plate, bounded_spread, look, wrapped
 from .evaluated_data import EvaluatedData
 

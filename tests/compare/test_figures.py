@@ -15,8 +15,7 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.compare.evaluation.confusion import count_confusion
-from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial
+from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial, count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes
 from spherefunc_bullet.compare.figures import typical_objects
 from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder

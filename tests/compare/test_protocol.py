@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation.confusion import confusion_report
-from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, run_trial
+from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, confusion_report, run_trial
 from spherefunc_bullet.compare.evaluation.features import (
     Distances,
     baseline_distances,

@@ -9,8 +9,7 @@ import pytest
 from PIL import Image
 
 from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page, rank_sentence
-from spherefunc_bullet.compare.evaluation.confusion import count_confusion
-from spherefunc_bullet.compare.evaluation.evaluation import Trial
+from spherefunc_bullet.compare.evaluation.evaluation import Trial, count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 
 PICTURE = Image.fromarray(np.random.default_rng(0).integers(0, 255, (280, 320, 3), dtype=np.uint8))

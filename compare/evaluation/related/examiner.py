@@ -157,17 +157,16 @@ class FixedScores(FeatureMethod):
     labels: Labels
 
     def trials(self, splits_of_trials: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, each what is said of the objects that its splits test."""
-        trials = []
-        for splits in splits_of_trials:
-            learnt = round(float(np.mean([len(split.train) for split in splits])))
-            rows = np.concatenate([split.test for split in splits])
-            trials.append(Trial(learnt=learnt, rows=rows, scores=self.scores[rows], weights=()))
-        return trials
+        """Return several trials, each of the objects that its splits test."""
+
+        def tested(split: Split) -> Trial:
+            return Trial(learnt=len(split.train), rows=split.test, scores=self.scores[split.test], weights=())
+
+        return [Trial.joined(list(map(tested, splits))) for splits in splits_of_trials]
 
 
 def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, FixedScores]:
-    """Return what the baselines of related work say of objects; functions that they do not know score 0."""
+    """Return the scores of objects by the baselines of related work; functions that they do not know score 0."""
     return {name: fixed(classify, records, labels) for name, classify in RELATED.items()}
 
 

@@ -1,8 +1,8 @@
 """The recipe of the models that ship, with each source of other people's objects left out in turn.
 
 ``python -m spherefunc_bullet.compare.evaluation.robustness.across_sources DATA...`` takes what ``make model`` learns:
-catalogues, objects by other people, and copies of both. Catalogues are always learnt. What is said of the objects of a
-source, and of copies of them, is said by what has learnt nothing of that source; its bands of unsure scores as well.
+catalogues, objects by other people, and copies of both. Catalogues are always learnt. The objects of a source, and
+copies of them, are classified by a model that has learnt nothing of that source; its unsure ranges have not, either.
 """
 
 from __future__ import annotations
@@ -45,28 +45,25 @@ COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given,
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOutAnswers:
-    """What is said of objects of sources that were not learnt."""
+    """The answers about objects of sources that were not learnt."""
 
     trial: Trial
     labels: Labels  # of all objects
-    kinds: np.ndarray  # (N,) str, of which kind of copy each object is
+    kinds: np.ndarray  # (N,) str, the kind of copy
     originals: np.ndarray  # (N,) str, the function of the original
     folders: np.ndarray  # (N,) str, the data set
 
 
 def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
     """Return the kind of each copy by its path."""
-    kinds = {}
-    for dataset in datasets:
-        if any(item.of for item in dataset.objects):
-            kinds |= {str(copy.item.path): copy.kind for copy in read_copies(dataset.folder)}
-    return kinds
+    folders = [dataset.folder for dataset in datasets if any(item.of for item in dataset.objects)]
+    return {str(copy.item.path): copy.kind for folder in folders for copy in read_copies(folder)}
 
 
 def profiled_with_model(
     model: CloudClassifier, dataset: Dataset, drop_config: DropConfig, jobs: int, failures: Failures
 ) -> ProfileFeatures:
-    """Return the quantities of a data set's objects that a model has kept, and what checks those of sources.
+    """Return the quantities of a data set's objects that a model has kept, with the checks of objects of sources.
 
     Raises
     ------
@@ -91,7 +88,7 @@ def profiled_with_model(
 
 
 def answered(read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> HeldOutAnswers:
-    """Return what is said of the objects of each source when it is left out."""
+    """Return the answers about the objects of each source when it is left out."""
     sources = np.array(sources_of(objects))
     rows = np.arange(len(objects))
     splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
@@ -100,7 +97,7 @@ def answered(read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dic
 
 
 def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> HeldOutAnswers:
-    """Return answers with what is known of each object: of which kind of copy it is, of what, and its data set."""
+    """Return answers with each object's kind of copy, the function of its original, and its data set."""
     names, originals = distinct_names(objects)
     of = {name: function_of(item) or NONE for name, item in zip(names, objects, strict=True) if not item.of}
     return HeldOutAnswers(
@@ -116,20 +113,20 @@ def report_of(answers: HeldOutAnswers) -> dict[str, Any]:
     """Return F-measures of whole objects, in all and of each data set, their errors, and the shares of every kind."""
     trial, labels, wrong = answers.trial, answers.labels, answers.trial.wrong(answers.labels)
     kinds, originals, folders = (each[trial.rows] for each in (answers.kinds, answers.originals, answers.folders))
-    whole = kinds == WHOLE
-    rows = {
-        kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())
-    }
-    data_sets = {
-        name: {"f_measure": f_measures(trial, labels, whole & (folders == name))}
-        | rates(trial, wrong, originals, whole & (folders == name), labels.functions)
-        for name in dict.fromkeys(folders[whole].tolist())
-    }
+    whole, data_sets = kinds == WHOLE, {}
+    for name in dict.fromkeys(folders[whole].tolist()):
+        of_set = whole & (folders == name)
+        figures = {"f_measure": f_measures(trial, labels, of_set)}
+        data_sets[name] = figures | rates(trial, wrong, originals, of_set, labels.functions)
+    by_kind = [(kind, kinds == kind) for kind in dict.fromkeys(kinds.tolist())]
     surest = np.argsort(-np.abs(trial.scores - 0.5).min(axis=1)[whole], kind="stable")
-    errors = {str(part): mean(wrong[whole][surest[: round(part * len(surest))]]) for part in COVERAGES}
-    fair = f_measures(trial, labels, whole)
-    counts = {"objects": int(whole.sum()), "f_measure_fair": fair, "error_at_coverage": errors}
-    return counts | {"data_sets": data_sets, "kinds": rows}
+    return {
+        "objects": int(whole.sum()),
+        "f_measure_fair": f_measures(trial, labels, whole),
+        "error_at_coverage": {str(part): mean(wrong[whole][surest[: round(part * len(surest))]]) for part in COVERAGES},
+        "data_sets": data_sets,
+        "kinds": {kind: rates(trial, wrong, originals, of_kind, labels.functions) for kind, of_kind in by_kind},
+    }
 
 
 def f_measures(trial: Trial, labels: Labels, which: np.ndarray) -> dict[str, float]:
@@ -143,39 +140,37 @@ def rates(
 ) -> dict[str, float | int | None]:
     """Return the shares of some answers (T,) bool: classified by each function, unsure, wrong and sure."""
     called = {name: mean(trial.predicted[rows & (originals == name), column]) for column, name in enumerate(functions)}
-    sure = ~trial.unsure
-    return called | {
-        "objects": int(rows.sum()),
-        "unsure": mean(trial.unsure[rows]),
-        "wrong_and_sure": mean((wrong & sure)[rows]),
-        "right_of_sure": mean(~wrong[rows & sure]),
-    }
+    right_of_sure, wrong_and_sure = mean(~wrong[rows & ~trial.unsure]), mean((wrong & ~trial.unsure)[rows])
+    shares = {"unsure": mean(trial.unsure[rows]), "wrong_and_sure": wrong_and_sure, "right_of_sure": right_of_sure}
+    return called | {"objects": int(rows.sum())} | shares
 
 
 def mean(which: np.ndarray) -> float | None:
-    """Return the share that is True, to four places; None of nothing."""
+    """Return the share that is True, to four places; None if there is nothing."""
     return round(float(which.mean()), 4) if len(which) else None
 
 
 def print_report(report: dict[str, Any]):
     """Print the report as tables."""
+
+    def cell(value: float | None, places: int = 2) -> str:
+        return "" if value is None else f"{value:.{places}f}"
+
     functions = list(report["f_measure_fair"])
     figures = {f"F {name}": f_measure for name, f_measure in report["f_measure_fair"].items()}
     figures |= {f"error of {float(part):.0%}": error for part, error in report["error_at_coverage"].items()}
     title = f"{report['objects']} objects of sources that were not learnt"
-    print_table(title, list(figures), [["" if value is None else f"{value:.3f}" for value in figures.values()]])
+    print_table(title, list(figures), [[cell(value, 3) for value in figures.values()]])
     rows = [
-        [name, str(row["objects"]), *(f"{value:.3f}" for value in row["f_measure"].values())]
-        + ["" if row[rate] is None else f"{row[rate]:.2f}" for rate in ("unsure", "right_of_sure")]
+        [name, str(row["objects"]), *(cell(value, 3) for value in row["f_measure"].values())]
+        + [cell(row["unsure"]), cell(row["right_of_sure"])]
         for name, row in report["data_sets"].items()
     ]
     titles = ["data set", "objects", *(f"F {name}" for name in functions), "unsure", "right of sure"]
     print_table("\nwhole objects by data set", titles, rows)
     columns = [*functions, "unsure", "wrong_and_sure", "right_of_sure"]
-    rows = [
-        [kind, str(row["objects"]), *("" if row[name] is None else f"{row[name]:.2f}" for name in columns)]
-        for kind, row in report["kinds"].items()
-    ]
+    kinds = report["kinds"].items()
+    rows = [[kind, str(row["objects"]), *(cell(row[name]) for name in columns)] for kind, row in kinds]
     plain = [[text.replace("_", " ") for text in line] for line in (["kind", "objects", *columns], *rows)]
     print_table("\nshare classified by the original's function", plain[0], plain[1:])
 

@@ -33,27 +33,25 @@ from spherefunc_bullet.settling.settling import settle
 from ..evaluation import Trial
 from ..features import SPHERES
 from ..protocol import Labels, Split, labels_of, sources_or_halves
-from ..readings import FeatureMethod, ProfileFeatures, calibrated_across_sources, readings
+from ..readings import ProfileFeatures, calibrated_across_sources, readings
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)
 OTHERS = 2  # times as many objects without a function as of each
 TRIALS = 2  # random halves, where there are no sources to leave out
 Failed = Callable[[InputError], None]
-
-
 Rates = dict[str, Any]  # of all objects under one corruption of one severity, as shares; see `rates_of`
 Corruptions = dict[str, dict[str, Rates]]  # by kind, then severity
 
 
 @dataclass(frozen=True, kw_only=True)
 class CorruptedSet:
-    """Whole objects first, what sensors make of some of them after them."""
+    """Whole objects, followed by corrupted clouds of some of them."""
 
     simulated: Simulated  # both
-    whole: int
-    originals: np.ndarray  # (C,) which whole object each is of
-    kinds: Sequence[tuple[str, str]]  # of each, and the severity
+    whole: int  # number of whole objects
+    originals: np.ndarray  # (C,) the whole object of each corrupted cloud
+    kinds: Sequence[tuple[str, str]]  # kind and severity of each corrupted cloud
 
 
 def corruption_rates(
@@ -76,29 +74,23 @@ def corruption_rates(
     tested : Simulated, optional
         The objects to test.
     copied : int
-        This many objects of each function at most, evenly chosen, and twice as many without one.
+        The maximum number of objects of each function, evenly chosen; twice as many without a function.
     """
     corrupted_set = corrupted_set_of(learnt, tested, drop_config, copied, jobs, failed)
-    splits = splits_of(corrupted_set, None if tested is None else len(learnt.objects), drop_config.seed)
-    read = readings(corrupted_set.simulated, drop_config.radii, method)
-    trials_of = {
-        name: with_source_calibration(features, corrupted_set).trials([[split] for split in splits])
-        for name, features in read.items()
-    }
     labels = labels_of(corrupted_set.simulated)
-    of_spheres = rates_of(corrupted_set, labels, trials_of.pop(SPHERES))
-    for name, trials in trials_of.items():
-        for kind, rows in rates_of(corrupted_set, labels, trials).items():
-            for severity, rates in rows.items():
-                of_spheres[kind][severity].setdefault("baselines", {})[name] = rates
-    return of_spheres
-
-
-def with_source_calibration(read: FeatureMethod, corrupted_set: CorruptedSet) -> FeatureMethod:
-    """Return what is as sure as it was right about sources that were not learnt, where it learns that at all."""
-    return (
-        calibrated_across_sources(read, corrupted_set.simulated.objects) if isinstance(read, ProfileFeatures) else read
-    )
+    splits = splits_of(corrupted_set, labels, None if tested is None else len(learnt.objects), drop_config.seed)
+    rates: Corruptions = {}
+    for name, features in readings(corrupted_set.simulated, drop_config.radii, method).items():
+        if isinstance(features, ProfileFeatures):  # how sure it is was measured on sources that were not learnt
+            features = calibrated_across_sources(features, corrupted_set.simulated.objects)
+        found = rates_of(corrupted_set, labels, features.trials([[split] for split in splits]))
+        if name == SPHERES:
+            rates = found
+            continue
+        for kind, rows in found.items():
+            for severity, of_baseline in rows.items():
+                rates[kind][severity].setdefault("baselines", {})[name] = of_baseline
+    return rates
 
 
 def corrupted_set_of(
@@ -112,13 +104,15 @@ def corrupted_set_of(
     tasks = [(item, drop_config) for item in some]
     outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
     done = passed(outcomes, len(some), "corrupting", failed)
-    made = [(rows[some[index].path], *split) for index, corruptions in done for split in corruptions]
+    made = [(rows[some[index].path], *corruption) for index, corruptions in done for corruption in corruptions]
     made.sort(key=itemgetter(0, 1, 2))
     copies = [whole.objects[row] for row, *_ in made], [record for *_, record in made]
-    both = whole + Simulated(learnt.name, *map(tuple, copies))
-    kinds = [(kind, severity) for _, kind, severity, _ in made]
-    originals = np.array([row for row, *_ in made], int)
-    return CorruptedSet(simulated=both, whole=len(whole.objects), originals=originals, kinds=kinds)
+    return CorruptedSet(
+        simulated=whole + Simulated(learnt.name, *map(tuple, copies)),
+        whole=len(whole.objects),
+        originals=np.array([row for row, *_ in made], int),
+        kinds=[(kind, severity) for _, kind, severity, _ in made],
+    )
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
@@ -128,51 +122,44 @@ def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[Dataset
 
 
 def corrupted_records(item: DatasetObject, drop_config: DropConfig) -> list[tuple[str, str, ObjectRecord]]:
-    """Return what spheres make of an object's points as they are, and corrupted in each way and severity."""
-    cloud = drop_config.cloud(item.path)
-    made = [(CLEAN, "0", record_of(cloud.points, item, drop_config))]
+    """Return the record of spheres on an object's points as they are, and corrupted in each way and severity."""
+    points, name = drop_config.cloud(item.path).points, zlib.crc32(item.path.name.encode())
+    made = [(CLEAN, "0", record_of(points, item, drop_config))]
     for kind in CORRUPTIONS:
         for severity in SEVERITIES:
-            rng = np.random.default_rng(
-                [drop_config.seed, zlib.crc32(item.path.name.encode()), zlib.crc32(kind.encode()), severity]
-            )
-            made.append(
-                (kind, str(severity), record_of(corrupted(cloud.points, kind, severity, rng), item, drop_config))
-            )
+            rng = np.random.default_rng([drop_config.seed, name, zlib.crc32(kind.encode()), severity])
+            made.append((kind, str(severity), record_of(corrupted(points, kind, severity, rng), item, drop_config)))
     return made
 
 
 def record_of(points: np.ndarray, item: DatasetObject, drop_config: DropConfig) -> ObjectRecord:
-    """Return where spheres settle on points (N, 3), and what baselines ask of them."""
+    """Return the record of the spheres that settle on points (N, 3), with the shape that baselines need."""
     cloud = prepare(Cloud(points, item.path.name))
     settled = settle(cloud, drop_config.simulator, drop_config.radii, drop_config.seed, drop_config.run_limit)
     shape = shape_of(cloud)
     return ObjectRecord(path=item.path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 
 
-def splits_of(corrupted_set: CorruptedSet, learnt: int | None, seed: int) -> list[Split]:
+def splits_of(corrupted_set: CorruptedSet, labels: Labels, learnt: int | None, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test corrupted clouds of others."""
-    labels = labels_of(corrupted_set.simulated)
     if learnt is not None:
         return [Split(np.arange(learnt), corrupted_set.whole + np.arange(len(corrupted_set.originals)))]
-    whole = sources_or_halves(labels.groups[: corrupted_set.whole], TRIALS, seed)
-    splits = [
-        Split(one.train, corrupted_set.whole + np.flatnonzero(np.isin(corrupted_set.originals, one.test)))
-        for one in whole
-    ]
-    return [split for split in splits if len(split.test)]
+    splits = []
+    for one in sources_or_halves(labels.groups[: corrupted_set.whole], TRIALS, seed):
+        corrupted_rows = np.flatnonzero(np.isin(corrupted_set.originals, one.test))
+        if len(corrupted_rows):
+            splits.append(Split(one.train, corrupted_set.whole + corrupted_rows))
+    return splits
 
 
 def rates_of(corrupted_set: CorruptedSet, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
     """Return the rates of one feature."""
-    rows = np.concatenate([trial.rows for trial in trials])
-    predicted = np.concatenate([trial.predicted for trial in trials])
-    wrong = np.concatenate([trial.wrong(labels) for trial in trials])
-    unsure = np.concatenate([unsure_of(trial) for trial in trials])
-    members = labels.members[rows]
-    serves = members.any(axis=1)
-    classified = (predicted & members).any(axis=1)
-    kinds = np.array([corrupted_set.kinds[row - corrupted_set.whole] for row in rows])
+    trial = Trial.joined(trials)
+    near = (np.abs(trial.scores - 0.5) < UNCERTAIN_MARGIN).any(axis=1)
+    unsure = near if trial.unsure is None else trial.unsure  # by the rule that was learnt, where there is one
+    wrong, members = trial.wrong(labels), labels.members[trial.rows]
+    serves, classified = members.any(axis=1), (trial.predicted & members).any(axis=1)
+    kinds = np.array([corrupted_set.kinds[row - corrupted_set.whole] for row in trial.rows])
     rates: Corruptions = {}
     for kind, severity in dict.fromkeys(corrupted_set.kinds):
         of_kind = (kinds == [kind, severity]).all(axis=1)
@@ -182,12 +169,6 @@ def rates_of(corrupted_set: CorruptedSet, labels: Labels, trials: Sequence[Trial
             "wrong_and_sure": share((wrong & ~unsure)[of_kind]),
         }
     return rates
-
-
-def unsure_of(trial: Trial) -> np.ndarray:
-    """Return which answers are unsure (T,) bool: by the rule that was learnt, else where a score is near a half."""
-    near = (np.abs(trial.scores - 0.5) < UNCERTAIN_MARGIN).any(axis=1)
-    return near if trial.unsure is None else trial.unsure
 
 
 def share(which: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""What a trained model says of labelled objects that it has not learnt: a held-out test set.
+"""How a trained model classifies labelled objects that it has not learnt: a held-out test set.
 
     python -m spherefunc_bullet.compare.evaluation.robustness.exam DATA... [--backend bullet] [--model MODEL]
 
@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.answer import Answer, classify
+from spherefunc_bullet.answer import classify
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, joined_datasets, open_dataset
@@ -30,33 +30,29 @@ from .across_sources import described, kinds_of, print_report, report_of
 
 @dataclass(frozen=True, kw_only=True)
 class SavedAnswer:
-    """What is kept of an answer, which itself holds the object's points."""
+    """An answer without the object's points."""
 
     functions: frozenset[str]
     scores: dict[str, float]
     unsure: bool
 
 
-def saved_answer(answer: Answer) -> SavedAnswer:
-    """Return what is kept of an answer."""
-    return SavedAnswer(functions=answer.functions, scores=answer.scores, unsure=answer.unsure)
-
-
 def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[SavedAnswer]]:
-    """Return the objects that could be classified, and the answers; the others are failures."""
+    """Return the objects that could be classified, and the answers; all others are added to the failures."""
     objects, answers = [], []
     for item in progress(dataset.objects, len(dataset), "classifying"):
         try:
-            answers.append(saved_answer(classify(item.path, explain=False, **how)))
+            answer = classify(item.path, explain=False, **how)
         except InputError as error:
             failures.add(error)
-        else:
-            objects.append(item)
+            continue
+        objects.append(item)
+        answers.append(SavedAnswer(functions=answer.functions, scores=answer.scores, unsure=answer.unsure))
     return replace(dataset, objects=tuple(objects)), answers
 
 
 def row_of(item: DatasetObject, answer: SavedAnswer) -> dict[str, str]:
-    """Return one answer beside the label."""
+    """Return one answer next to the label, as a row of the table."""
     return {
         "file": item.path.name,
         "label": function_of(item) or NONE,
@@ -72,7 +68,7 @@ def main(
     model: options.Model = None,
     json: options.Json = False,
 ):
-    """Ask a trained model, and compare what it says with the labels."""
+    """Classify objects with a trained model, and compare the answers with the labels."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
     test_set, trained = joined_datasets(datasets), load_model(model, backend)
     require_known(f"{test_set.name}: label", test_set.functions, trained.functions_)
