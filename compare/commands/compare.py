@@ -68,9 +68,8 @@ def compare(
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
 
-    from ..comparison.comparison import compare_entries, tasks_of
+    from ..comparison.comparison import compare_entries, shares_of_copies, tasks_of
     from ..comparison.entries import repeatable, require_splittable, simulate_candidates
-    from ..comparison.evaluations import shares_of_copies
     from ..comparison.experiment import candidates, read_experiment
     from ..comparison.page import IMPAIRED, write_report
     from ..figures.impaired_picture import draw_impaired

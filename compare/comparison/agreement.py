@@ -1,8 +1,9 @@
-"""Whether two simulators say the same: their histograms, their labels, and how many spheres settle."""
+"""Whether two simulators agree: histograms, labels, numbers of settled spheres, and objects on which they differ."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -10,20 +11,30 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import norm
 
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import CUBES
+from spherefunc_bullet.learning.validation import THRESHOLD
+from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import sphere_limit
+from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
+from spherefunc_bullet.viewer.pictures import fitting_radius
 
 from ..evaluation.evaluation import Evaluation
 from .entries import ComparedRun, Comparison, dropped_twice
 from .significance import Report, paired_differences
 
+MOST = 6  # objects shown, so that the page stays small
+MAX_SPHERES = 4000  # of one run that are drawn: the first to settle
+Display = dict[str, Any]  # for the viewer, see `viewer.data.display`
+SPHERES_ACROSS = 24  # radii along the longest side, about, of the spheres shown at first
+
 
 def agreements(
     comparison: Comparison, features: Mapping[str, Evaluation], backends: Mapping[str, Report]
 ) -> list[dict[str, Any]]:
-    """Return the agreement of each pair of simulators; of one alone there is none."""
-    if len(comparison.entries) == 1:
-        return []
+    """Return the agreement of each pair of simulators."""
     reports = []
     for pair in combinations(comparison.entries, 2):
         names = [entry.name for entry in pair]
@@ -45,7 +56,7 @@ def agreements(
 
 
 def histograms_agree(first: ComparedRun, second: ComparedRun, radius: float) -> dict[str, Any]:
-    """Return how far two simulators' histograms lie apart, beside two seeds of one simulator.
+    """Return the distance between two simulators' histograms, and for comparison between two seeds of one simulator.
 
     An object has four histograms: by A and by B, each with two seeds. ``between`` is the root mean square of the four
     distances across, ``within`` that of A's distance between its seeds and B's. If A and B drew from the same
@@ -56,8 +67,8 @@ def histograms_agree(first: ComparedRun, second: ComparedRun, radius: float) -> 
     """
     histograms = four_histograms(first, second, radius)
     a, again_a, b, again_b = histograms
-    between = np.sqrt(np.mean([apart(x, y) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
-    seeds = {first.name: apart(a, again_a), second.name: apart(b, again_b)}
+    between = np.sqrt(np.mean([norm(x - y, axis=1) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
+    seeds = {first.name: norm(a - again_a, axis=1), second.name: norm(b - again_b, axis=1)}
     within = np.sqrt(np.mean(np.square(list(seeds.values())), axis=0))
     norms = np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))
     differ = (between > 0) | (within > 0)
@@ -88,13 +99,8 @@ def four_histograms(first: ComparedRun, second: ComparedRun, radius: float) -> l
     return [matrix[i * count : (i + 1) * count] for i in range(4)]
 
 
-def apart(first: sparse.csr_matrix, second: sparse.csr_matrix) -> np.ndarray:
-    """Return the distance (N,) between the rows of two matrices."""
-    return norm(first - second, axis=1)
-
-
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float | None:
-    """Return the median of ratios (N,); of zero by zero there is none, and of others by zero it is infinite."""
+    """Return the median of ratios (N,), without those of zero to zero; others to zero are infinite."""
     decided = (above > 0) | (below > 0)
     ratios = np.divide(above[decided], below[decided], out=np.full(decided.sum(), np.inf), where=below[decided] > 0)
     return median(ratios)
@@ -107,7 +113,7 @@ def median(values: np.ndarray) -> float | None:
 
 
 def labels_agree(first: Evaluation, second: Evaluation, names: list[str]) -> dict[str, dict[str, Any]]:
-    """Return, per function, the share of objects of which both say the same, and how many one alone has right."""
+    """Return, per function, the share of objects on which both agree, and how many only one classifies correctly."""
     same = np.mean(first.predicted == second.predicted, axis=0)
     right, also_right = (evaluation.predicted == evaluation.labels.members for evaluation in (first, second))
     alone = np.sum(right & ~also_right, axis=0), np.sum(also_right & ~right, axis=0)
@@ -121,10 +127,83 @@ def labels_agree(first: Evaluation, second: Evaluation, names: list[str]) -> dic
 
 
 def seeds_agree(evaluation: Evaluation) -> dict[str, float]:
-    """Return, per function, the share of objects dropped on twice of which both seeds say the same.
+    """Return, per function, the share of objects dropped on twice on which both seeds agree.
 
-    What two simulators' agreement has to be measured by.
+    The agreement of two simulators is to be compared with it.
     """
     again = evaluation.again
     shares = np.mean(again.predicted == evaluation.predicted[again.rows], axis=0)
     return {name: round(float(share), 4) for name, share in zip(evaluation.labels.functions, shares, strict=True)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disagreement:
+    """One object on which at least two simulators disagree, or nearly so."""
+
+    row: int  # of the report's objects
+    function: str  # the one with the largest difference of scores
+    difference: float  # of the scores
+    labels_differ: bool
+
+
+def disagreements(per_object: Sequence[Report]) -> list[Disagreement]:
+    """Return each object's greatest difference between simulators: different labels first, then by scores."""
+    greatest = [greatest_difference(row, item) for row, item in enumerate(per_object) if len(item["backends"]) > 1]
+    return sorted(greatest, key=lambda case: (not case.labels_differ, -case.difference, case.row))
+
+
+def greatest_difference(row: int, item: Report) -> Disagreement:
+    """Return one object's greatest difference; different labels count more than different scores."""
+    cases = []
+    for first, second in combinations([figures["scores"] for figures in item["backends"].values()], 2):
+        for function, score in first.items():
+            differ = (score > THRESHOLD) != (second[function] > THRESHOLD)
+            difference = round(abs(score - second[function]), 4)
+            cases.append(Disagreement(row=row, function=function, difference=difference, labels_differ=differ))
+    return max(cases, key=lambda case: (case.labels_differ, case.difference))
+
+
+def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreement]:
+    """Return the greatest disagreements, taking turns between functions, those with different labels first."""
+    about: dict[str, list[Disagreement]] = {}
+    for case in cases:
+        about.setdefault(case.function, []).append(case)
+    turns = [(place, case) for own in about.values() for place, case in enumerate(own)]
+    order = sorted(turns, key=lambda turn: (not turn[1].labels_differ, turn[0], -turn[1].difference))
+    return [case for _, case in order[:count]]
+
+
+def displays_of(
+    comparison: Comparison, cases: Sequence[Disagreement], loading: LoadOptions
+) -> list[tuple[Disagreement, Display]]:
+    """Return some disagreements with their displays; files that no longer exist are left out."""
+    displays = []
+    for case in cases:
+        try:
+            cloud = load_cloud(comparison.simulated.objects[case.row].path, up=loading.up, units=loading.units)
+        except InputError:
+            continue
+        layers = {
+            entry.name: [layer(entry, case.row, radius) for radius in entry.radii] for entry in comparison.entries
+        }
+        panels = [Panel(title=name, layers=of_entry) for name, of_entry in layers.items()]
+        displays.append((case, display(cloud, panels, first_radius(comparison, cloud))))
+    return displays
+
+
+def layer(entry: ComparedRun, row: int, radius: float) -> Layer:
+    """Return one simulator's spheres of one radius on one object, to be drawn."""
+    record = entry.records[row]
+    everything = record.centers(radius)
+    centers, settled = everything[:MAX_SPHERES], len(everything)
+    note = f"Spheres of radius {format_length(radius)}: {settled:,} of {record.drops[radius]:,} settled"
+    note += f", in {record.seconds[radius]:.3g} s"
+    note += f"; the first {len(centers):,} are drawn." if len(centers) < settled else "."
+    return Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note)
+
+
+def first_radius(comparison: Comparison, cloud: Cloud) -> float:
+    """Return the radius at which spheres are seen best, of those that most simulators have, metres."""
+    radii = [radius for entry in comparison.entries for radius in entry.radii]
+    most = max(map(radii.count, radii))
+    return fitting_radius([radius for radius in radii if radii.count(radius) == most], cloud.size, SPHERES_ACROSS)

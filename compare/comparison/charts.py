@@ -1,4 +1,4 @@
-"""Accuracy against time, and time against spheres, drawn as SVG for the comparison's page."""
+"""Charts of accuracy against time, and of time against drops, as SVG for the comparison's page."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from .significance import Report
 
 ACROSS = 3  # functions in a row
 WIDE, HIGH = 8.4, 3.2  # inches of a row
-SHORTEST = 1e-4  # seconds: what took less stands there, on an axis of logarithms
-DPI = 200  # of what is drawn as pixels
+SHORTEST = 1e-4  # seconds: shorter times are drawn there, since the axis is logarithmic
+DPI = 200  # of the parts that are drawn as pixels
 FEWEST_RUNS = 5  # in a bin of the median line
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChartMark:
-    """A simulator with some radii: what it takes, and how well it tells one function."""
+    """The time of a simulator with some radii, and its F-measure for one function."""
 
-    backend: int  # by its place in the report
-    label: str  # the radius in centimetres, or nothing for all of them
+    backend: int  # its place in the report
+    label: str  # the radius in centimetres, or nothing for all radii
     seconds: float  # of the median object
     f_measure: float
     spread: float | None
 
 
 def accuracy_chart(report: Report) -> str:
-    """Return F-measures against seconds per object, one panel a function, with the Pareto front, as SVG."""
+    """Return F-measures against seconds per object, one panel for each function, with the Pareto front, as SVG."""
     functions = list(report["functions"])
     rows = -(-len(functions) // ACROSS)
 
@@ -68,7 +68,7 @@ def marks(report: Report, function: str) -> list[ChartMark]:
 
 
 def front(drawn: Sequence[ChartMark]) -> list[ChartMark]:
-    """Return the marks that no other beats in both time and F-measure, the quickest first."""
+    """Return the marks that no other mark dominates in time and F-measure, the quickest first."""
     best: list[ChartMark] = []
     for mark in sorted(drawn, key=lambda mark: (mark.seconds, -mark.f_measure)):
         if not best or mark.f_measure > best[-1].f_measure:
@@ -97,7 +97,7 @@ def draw_function(axes: Axes, report: Report, function: str):
 
 
 def draw_mark(axes: Axes, mark: ChartMark):
-    """Draw one mark: all radii together filled and with their spread, one radius open and with its number."""
+    """Draw one mark: filled and with its spread for all radii together, open and with its number for one radius."""
     style = {"color": look(mark.backend)["color"], "linestyle": "none", "clip_on": False}
     if not mark.label:
         spread = None if mark.spread is None else [[mark.spread], [min(mark.spread, 1 - mark.f_measure)]]
@@ -110,7 +110,7 @@ def draw_mark(axes: Axes, mark: ChartMark):
 
 
 def keys(report: Report) -> list:
-    """Return what the marks and lines mean."""
+    """Return the legend's entries."""
     plain = {"linestyle": "none", "color": INK}
     lines = [
         Line2D([], [], **plain | {key: look(place)[key] for key in ("color", "marker")}, markersize=8, label=name)
@@ -146,19 +146,15 @@ def cost_chart(comparison: Comparison) -> str:
 
 
 def runs(entry: ComparedRun) -> tuple[np.ndarray, np.ndarray]:
-    """Return the drops and the seconds of each run in which spheres were dropped, of all objects and radii."""
-    pairs = [
-        (record.drops[radius], max(record.seconds[radius], SHORTEST))
-        for record in entry.records
-        for radius in entry.radii
-        if record.drops[radius]
-    ]
+    """Return the drops and the seconds of each run with drops, for all objects and radii."""
+    every = [(record, radius) for record in entry.records for radius in entry.radii if record.drops[radius]]
+    pairs = [(record.drops[radius], max(record.seconds[radius], SHORTEST)) for record, radius in every]
     drops, seconds = np.array(pairs, float).reshape(-1, 2).T
     return drops, seconds
 
 
 def median_line(drops: np.ndarray, seconds: np.ndarray) -> tuple[list[float], list[float]]:
-    """Return the medians of drops and of seconds in bins of half a power of ten, where there are enough runs."""
+    """Return the medians of drops and of seconds in bins of half a decade, where there are enough runs."""
     bins = np.floor(2 * np.log10(drops))
     full = [bins == number for number in np.unique(bins) if np.sum(bins == number) >= FEWEST_RUNS]
     return [float(np.median(drops[runs])) for runs in full], [float(np.median(seconds[runs])) for runs in full]

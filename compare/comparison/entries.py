@@ -1,4 +1,4 @@
-"""The entries of a comparison: every simulator on the same objects, and on some of them again with another seed."""
+"""The entries of a comparison: every simulator on the same objects, and on some of them again with a second seed."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of, require_enough
 from .experiment import ComparedSimulator, Experiment
 
-CHEAP = 120.0  # seconds that all simulators together may have taken for everything to be dropped again
-SOME = 40  # objects that are dropped on again where that is not cheap
+CHEAP = 120.0  # seconds: if all runs together took no more, they are all repeated with the second seed
+SOME = 40  # objects whose runs are repeated otherwise
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Runs:
-    """The runs of one simulator on objects, at some radii, and what they cost.
+    """The runs of one simulator on objects, at some radii, and their cost.
 
     Seconds are those of the simulation alone, measured when a run was made: without loading, sampling, compilation.
     """
@@ -41,22 +41,22 @@ class Runs:
 
     @property
     def seconds(self) -> list[float]:
-        """Of each object, all radii together."""
+        """Seconds of each object, all radii together."""
         return [sum(record.seconds[radius] for radius in self.radii) for record in self.records]
 
     @property
     def drops(self) -> list[int]:
-        """On each object, all radii together."""
+        """Drops on each object, all radii together."""
         return [sum(record.drops[radius] for radius in self.radii) for record in self.records]
 
     @property
     def settled(self) -> list[int]:
-        """Spheres on each object, all radii together."""
+        """Settled spheres on each object, all radii together."""
         return [sum(len(record.centers(radius)) for radius in self.radii) for record in self.records]
 
     @property
     def settled_share(self) -> float | None:
-        """Of all spheres."""
+        """The share of all spheres that settled."""
         drops = sum(self.drops)
         return round(sum(self.settled) / drops, 4) if drops else None
 
@@ -75,12 +75,12 @@ class Runs:
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedRun:
-    """What one simulator did: the objects that every other one did as well."""
+    """The runs of one simulator on the objects that every simulator could use."""
 
     candidate: ComparedSimulator
     simulated: Simulated
     again: Simulated  # some of the same objects, with the second seed
-    failed: tuple[str, ...]  # why objects could not be simulated
+    failed: tuple[str, ...]  # the errors of objects that could not be simulated
 
     @property
     def name(self) -> str:
@@ -101,25 +101,20 @@ class ComparedRun:
 
     def object_figures(self, evaluation: Evaluation) -> list[dict[str, Any]]:
         """Return each object's seconds, drops, settled spheres and scores, with all others learnt."""
-        functions, runs = evaluation.labels.functions, self.runs
+        functions, runs, figures = evaluation.labels.functions, self.runs, []
         columns = zip(runs.seconds, runs.drops, runs.settled, evaluation.scores.tolist(), strict=True)
-        return [
-            {
-                "seconds": round(seconds, 6),
-                "drops": drops,
-                "settled": settled,
-                "scores": {name: round(score, 4) for name, score in zip(functions, scores, strict=True)},
-            }
-            for seconds, drops, settled, scores in columns
-        ]
+        for seconds, drops, settled, scores in columns:
+            by_function = {name: round(score, 4) for name, score in zip(functions, scores, strict=True)}
+            figures.append({"seconds": round(seconds, 6), "drops": drops, "settled": settled, "scores": by_function})
+        return figures
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """The same objects by every simulator."""
+    """The runs of every simulator on the same objects."""
 
     entries: tuple[ComparedRun, ...]
-    left_out: tuple[DatasetObject, ...]  # failed in one simulator at least
+    left_out: tuple[DatasetObject, ...]  # at least one simulator failed on them
 
     @property
     def simulated(self) -> Simulated:
@@ -128,20 +123,20 @@ class Comparison:
 
     @property
     def repeated(self) -> int:
-        """How many objects were dropped on again."""
+        """The number of objects with runs of the second seed."""
         return len(self.entries[0].again.objects)
 
 
 @dataclass(kw_only=True)
 class FailureLog:
-    """What went wrong, by simulator; said once each, however many simulators say the same."""
+    """The errors of simulators; those that are the same for several simulators are reported once."""
 
     failures: Failures
     consequence: str
-    of: dict[str, list[str]] = field(default_factory=dict)
+    of: dict[str, list[str]] = field(default_factory=dict)  # by simulator
 
     def add(self, name: str, error: InputError):
-        """Keep a simulator's failure, and say it unless another simulator's was the same."""
+        """Keep a simulator's error, and report it unless another simulator had the same."""
         known = any(str(error) in said for said in self.of.values())
         self.of.setdefault(name, []).append(str(error))
         if not known:
@@ -156,20 +151,20 @@ def simulate_candidates(
     failures: Failures,
     run: Path | None = None,
 ) -> Comparison:
-    """Drop spheres on every object by every simulator, from the cache what it has, and keep what all of them did.
+    """Drop spheres on every object by every simulator, or read cached runs; keep the objects that all could use.
 
-    A comparison that was cut off goes on where it stopped, since every finished run is in the cache, or in the run
-    directory ``run`` in its place.
+    A comparison that was interrupted continues where it stopped, since every finished run is in the cache, or in the
+    run directory ``run`` instead.
 
     Raises
     ------
     InputError
         If too few objects are left to split, or all of one label.
     """
-    complaints = FailureLog(failures=failures, consequence="left out of every backend")
-    first = drop_all(candidates, dataset, complaints, jobs, run)
+    log = FailureLog(failures=failures, consequence="left out of every backend")
+    first = drop_all(candidates, dataset, log, jobs, run)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
-    if len(candidates) == 1:  # nobody to agree with
+    if len(candidates) == 1:  # there is no agreement to measure
         again = [subset(first[0], ())]
     else:
         chosen = evenly(first[0].objects, repeated_count(first, experiment.repeated))
@@ -177,23 +172,19 @@ def simulate_candidates(
         fewer = FailureLog(failures=failures, consequence="left out of the agreement of histograms")
         reseeded = [replace(candidate, seed=experiment.seeds[1]) for candidate in candidates]
         again = drop_all(reseeded, replace(dataset, objects=chosen), fewer, jobs, run)
-    paths = {item.path for item in first[0].objects}
-    return Comparison(
-        entries=tuple(
-            ComparedRun(
-                candidate=candidate, simulated=one, again=two, failed=tuple(complaints.of.get(candidate.name, ()))
-            )
-            for candidate, one, two in zip(candidates, first, again, strict=True)
-        ),
-        left_out=tuple(item for item in dataset.objects if item.path not in paths),
-    )
+    paths, entries = {item.path for item in first[0].objects}, []
+    for candidate, simulated, second in zip(candidates, first, again, strict=True):
+        failed = tuple(log.of.get(candidate.name, ()))
+        entries.append(ComparedRun(candidate=candidate, simulated=simulated, again=second, failed=failed))
+    left_out = tuple(item for item in dataset.objects if item.path not in paths)
+    return Comparison(entries=tuple(entries), left_out=left_out)
 
 
 def drop_all(
-    candidates: Sequence[ComparedSimulator], dataset: Dataset, complaints: FailureLog, jobs: int, run: Path | None
+    candidates: Sequence[ComparedSimulator], dataset: Dataset, log: FailureLog, jobs: int, run: Path | None
 ) -> list[Simulated]:
-    """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_by_all`."""
-    failed = [partial(complaints.add, candidate.name) for candidate in candidates]
+    """Return the runs of every simulator on the objects on which none of them failed; see `simulate_by_all`."""
+    failed = [partial(log.add, candidate.name) for candidate in candidates]
     done = simulate_by_all(dataset, candidates, failed=failed, jobs=jobs, run=run)
     for candidate, simulated in zip(candidates, done, strict=True):
         try:
@@ -211,14 +202,14 @@ def require_splittable(name: str, objects: Sequence[DatasetObject], which: str =
 
 
 def subset(simulated: Simulated, paths: Collection[Path]) -> Simulated:
-    """Return the objects of these paths alone."""
+    """Return the runs on the objects of these paths alone."""
     rows = [i for i, item in enumerate(simulated.objects) if item.path in paths]
     objects, records = (tuple(column[i] for i in rows) for column in (simulated.objects, simulated.records))
     return Simulated(simulated.name, objects, records)
 
 
 def repeated_count(first: Sequence[Simulated], requested: int | None) -> int:
-    """Return how many objects to drop on again: as asked, or all where that costs little, or `SOME`."""
+    """Return the number of objects to repeat with the second seed: as requested, or all if that is cheap, or `SOME`."""
     count = len(first[0].objects)
     if requested is not None:
         return min(requested, count)
@@ -227,19 +218,19 @@ def repeated_count(first: Sequence[Simulated], requested: int | None) -> int:
 
 
 def dropped_twice(entry: ComparedRun) -> dict[int, ObjectRecord]:
-    """Return the objects that were dropped on twice: which row they are, and their records of the second seed."""
+    """Return the records of the second seed by the row of their object."""
     again = {record.path: record for record in entry.again.records}
     return {row: again[record.path] for row, record in enumerate(entry.records) if record.path in again}
 
 
 def evenly(objects: Sequence[Item], count: int) -> tuple[Item, ...]:
-    """Return this many objects, evenly spread over their order."""
+    """Return a number of objects, evenly spread over their order."""
     chosen = np.linspace(0, len(objects) - 1, count).round().astype(int)
     return tuple(objects[i] for i in np.unique(chosen))
 
 
 def repeatable(experiment: Experiment, comparison: Comparison) -> Experiment:
-    """Return the experiment with everything that was left open settled, so that it repeats exactly."""
+    """Return the experiment with all defaults filled in, so that it can be repeated exactly."""
     path = Path(experiment.data)
     return replace(
         experiment,

@@ -1,4 +1,4 @@
-"""An experiment as data: what is compared on what, in a small TOML file that repeats it exactly."""
+"""An experiment as data: simulators, objects and settings in a small TOML file that repeats it exactly."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from spherefunc_bullet.simulator import make_simulator
 
 from ..mechanics.measures import TASKS, read_tasks
 
-ALL = "all"  # the key of radii that are for every backend without its own
+ALL = "all"  # the key of the radii of every backend without its own
 CUBES_RADII = (0.02, 0.03, 0.05)  # metres: the quick ones of full runs
 BACKENDS = ("fast", "bullet")
 LABELS = "labels"  # the task that every comparison measures
-COPIED = 4  # objects of each function, where nobody says otherwise
+COPIED = 4  # objects of each function by default
 Kind = TypeVar("Kind")
 
 
@@ -48,11 +48,11 @@ class Experiment:
     methods: tuple[str, ...] = (PROFILE,)
     tasks: tuple[str, ...] = (LABELS,)  # besides labels, of `mechanics.measures`
     task_objects: int = 100  # of each of those tasks, at most
-    copied: int = 0  # objects of each function of which impaired copies are asked about too
-    seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
+    copied: int = 0  # objects of each function with impaired copies
+    seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the repeated runs
     trials: int = 10
-    repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
-    miss_limit: int | None = None  # misses in a row that end a run; None: as the paper has it
+    repeated: int | None = None  # objects repeated with the second seed; None: all if that is cheap, else some
+    miss_limit: int | None = None  # misses in a row that end a run; None: as in the paper
     up: str = BY_FILE
     units: str = "m"
 
@@ -62,7 +62,7 @@ class Experiment:
 
     @property
     def run_limit(self) -> RunLimit:
-        """How long runs are: all methods read the same spheres."""
+        """The length of runs; all methods read the same spheres."""
         run_limit = find_method(PROFILE).run_limit if PROFILE in self.methods else LIMITED
         return run_limit.ending(self.miss_limit)
 
@@ -76,20 +76,18 @@ def candidates(experiment: Experiment) -> list[ComparedSimulator]:
         If a backend is unknown or not installed, or something is given for one that is not compared or has no use
         for it.
     """
-    made = [
-        simulator_compared for backend in experiment.backends for simulator_compared in shapes_of(experiment, backend)
-    ]
-    names = {name for simulator_compared in made for name in (simulator_compared.name, simulator_compared.backend)}
+    made = [candidate for backend in experiment.backends for candidate in shapes_of(experiment, backend)]
+    names = {name for candidate in made for name in (candidate.name, candidate.backend)}
     for what, keys in (("radii", set(experiment.radii) - {ALL}), ("options", set(experiment.options))):
         if unknown := sorted(keys - names):
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
-    if experiment.shapes and not any("shape" in simulator_compared.simulator.options() for simulator_compared in made):
+    if experiment.shapes and not any("shape" in candidate.simulator.options() for candidate in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
     return made
 
 
 def shapes_of(experiment: Experiment, backend: str) -> list[ComparedSimulator]:
-    """Return a backend with each shape, with the one that is said (``bullet:mesh``), or once where it has no shapes."""
+    """Return a backend with each shape, with the one of its name (``bullet:mesh``), or once if it has no shapes."""
     given, (backend, _, own_shape) = backend, backend.partition(":")
     options = experiment.options.get(backend, {})
     usual = PROFILE_RADII if PROFILE in experiment.methods else CUBES_RADII
@@ -133,12 +131,12 @@ def parse_radii(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
 
 
 def read_experiment(path: Path) -> Experiment:
-    """Read an experiment; a folder of data is looked for beside the file.
+    """Read an experiment; its folder of data may be next to the file.
 
     Raises
     ------
     InputError
-        If it is not readable, no TOML, or something in it is unknown, missing or of another kind.
+        If the file cannot be read or is no TOML, or a key is unknown, missing or of another kind.
     """
     try:
         given = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -156,17 +154,14 @@ def read_experiment(path: Path) -> Experiment:
         except (TypeError, ValueError, AttributeError) as error:
             reason = f"; {error}" if isinstance(error, InputError) else ""
             raise InputError(f"{path}: {name}: expected {kind}, got {value!r}{reason}") from error
-    return Experiment(**values | {"data": data_beside(values["data"], path.parent)})
-
-
-def data_beside(data: str, folder: Path) -> str:
-    """Return a data set's name, or its path where it is a folder beside the experiment or an absolute one."""
-    beside = folder / data
-    return str(beside) if beside.exists() or data not in catalogue_entry_points() else data
+    beside = path.parent / values["data"]
+    if beside.exists() or values["data"] not in catalogue_entry_points():
+        values["data"] = str(beside)
+    return Experiment(**values)
 
 
 def text(value: object) -> str:
-    """Return a text as it is."""
+    """Return a text that is not empty."""
     if not isinstance(value, str) or not value:
         raise ValueError
     return value
@@ -181,14 +176,14 @@ def texts(value: object) -> tuple[str, ...]:
 
 
 def whole(value: object, least: int = 1) -> int:
-    """Return a whole number."""
+    """Return a whole number that is not too small."""
     if isinstance(value, bool) or require(value, int) < least:
         raise ValueError
     return value
 
 
 def require(value: object, kind: type[Kind]) -> Kind:
-    """Return a value of a kind."""
+    """Return a value if it is of a type."""
     if not isinstance(value, kind):
         raise TypeError
     return value
@@ -206,7 +201,7 @@ def read_options(value: object) -> dict[str, dict[str, Any]]:
 
 
 def read_seeds(value: object) -> tuple[int, int]:
-    """Return two different seeds; of one alone the next is the second."""
+    """Return two different seeds; if only one is given, the second is the next number."""
     seeds = tuple(whole(seed, 0) for seed in require(value, list))
     if not 1 <= len(set(seeds)) == len(seeds) <= 2:
         raise ValueError
@@ -214,7 +209,7 @@ def read_seeds(value: object) -> tuple[int, int]:
 
 
 def read_methods(value: object) -> tuple[str, ...]:
-    """Return the names of methods that there are, all of which can read the same spheres."""
+    """Return the names of known methods, all of which can read the same spheres."""
     named = tuple(find_method(name).name for name in texts(value))
     if PROFILE in named and len(named) > 1:
         raise InputError(f"methods {', '.join(named)}: expected {PROFILE} alone, which reads runs of its own")
@@ -222,7 +217,7 @@ def read_methods(value: object) -> tuple[str, ...]:
 
 
 def read_options_of(value: object) -> tuple[str, ...]:
-    """Return the names of tasks, of which labels are one."""
+    """Return the names of tasks, with labels among them."""
     named = read_tasks(texts(value), (LABELS, *TASKS))
     if LABELS not in named:
         others = ",".join(named)
@@ -230,7 +225,7 @@ def read_options_of(value: object) -> tuple[str, ...]:
     return named
 
 
-KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, and what is expected
+KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # the function that reads a value, and the expected value
     "data": (text, "a folder or a catalogue's name"),
     "backends": (texts, "a list of names"),
     "shapes": (texts, "a list of names"),

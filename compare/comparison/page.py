@@ -1,13 +1,13 @@
-"""The files of a comparison's report, above all a page: which simulator to use for what, and what that rests on.
+"""The files of a comparison's report, above all a page: which simulator to use for what, and why.
 
-Every number on it comes from the report (`comparison.compare_entries`) and the comparison that it is given; its words
-are in ``page.html``.
+Every number on the page comes from the report (`comparison.compare_entries`) and the comparison; its words are in
+``page.html``.
 """
 
 from __future__ import annotations
 
 import json as json_format
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -21,33 +21,30 @@ from spherefunc_bullet.learning.validation import THRESHOLD
 from ..machine import options_text
 from ..pages.html import filled_template, report_page
 from . import tables
+from .agreement import Disagreement, clearest, disagreements, displays_of
 from .charts import accuracy_chart, cost_chart
-from .disagreements import Disagreement, clearest, disagreements, displays_of
+from .comparison import RADIUS_TRIALS
 from .entries import Comparison
-from .evaluations import RADIUS_TRIALS
 from .experiment import Experiment, as_toml
 from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
 from .significance import COARSE, Report, enumeration
 from .tables import TextTable
 
-IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
+IMPAIRED = "impaired.png"  # in the report's folder, where copies were measured
 LONGEST = 60  # disagreements in the list; all are in report.json
 
 
 def write_report(folder: Path, report: Report, comparison: Comparison, experiment: Experiment):
-    """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
+    """Write the page, all results as JSON, their tables and charts, and the experiment that repeats the comparison."""
     picture = Image.open(folder / IMPAIRED).convert("RGB") if "impaired" in report else None
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
-    accuracy, cost = cache(lambda: accuracy_chart(report)), cache(lambda: cost_chart(comparison))
-    files = {  # what can be read by programs first, so that it is there if drawing is interrupted
+    charts = {"accuracy": cache(lambda: accuracy_chart(report)), "cost": cache(lambda: cost_chart(comparison))}
+    files = {  # the files for programs first, so that they are there if drawing is interrupted
         "report.json": lambda: json_format.dumps(report, indent=1) + "\n",
         "report.md": lambda: tables.markdown(report),
         "experiment.toml": lambda: about + as_toml(experiment),
-        "accuracy.svg": accuracy,
-        "cost.svg": cost,
-        "report.html": lambda: comparison_page(
-            report, comparison, experiment, {"accuracy": accuracy(), "cost": cost()}, picture
-        ),
+        **{f"{name}.svg": draw for name, draw in charts.items()},
+        "report.html": lambda: comparison_page(report, comparison, experiment, charts, picture),
     }
     for name, content in progress(files.items(), len(files), "drawing the report"):
         write_text(folder / name, content())
@@ -58,12 +55,14 @@ def comparison_page(
     report: Report,
     comparison: Comparison,
     experiment: Experiment,
-    charts: Mapping[str, str],
+    charts: Mapping[str, Callable[[], str]],
     copies: Image.Image | None = None,
 ) -> str:
-    """Return the page, with charts as SVG; with a picture of what was said of impaired copies, where that was asked."""
+    """Return the page with charts, which are drawn as SVG, and with a picture of impaired copies, if there is one."""
     names, chosen = list(report["backends"]), recommendations(report)
     several = len(names) > 1
+    margins = [row["margin"] or 0.0 for pair in report["agreement"] for row in pair["f_measures"].values()]
+    widest = max(margins, default=0.0)
     cases = disagreements(report["per_object"]) if several else []
     differ = [case for case in cases if case.labels_differ]
     drops = {count for entry in comparison.entries for record in entry.records for count in record.drops.values()}
@@ -77,11 +76,11 @@ def comparison_page(
         sentence=recommendation_sentence(chosen),
         recommended=recommendation_table(report, chosen),
         times=enumeration([f"{time} by {name}" for name, time in prices(report).items()]),
-        hidden=hidden_difference(report),
+        hidden=widest if widest > COARSE else None,  # differences that do not show, where these are large
         beaten=enumeration([row.function for row in chosen if row.beaten]),
         tables=tables,
         qualities=qualities(report),
-        charts=charts,
+        charts={name: draw() for name, draw in charts.items()},
         drops=list(drops - {0}),
         radius_trials=RADIUS_TRIALS,
         differ=differ,
@@ -97,52 +96,43 @@ def comparison_page(
     return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", [body], displays=several)
 
 
-def hidden_difference(report: Report) -> float | None:
-    """Return how large a difference would not show, where that is much."""
-    margins = [row["margin"] or 0.0 for pair in report["agreement"] for row in pair["f_measures"].values()]
-    widest = max(margins, default=0.0)
-    return widest if widest > COARSE else None
-
-
 def predicted(scores: dict[str, float]) -> str:
-    """Return the functions that scores amount to."""
+    """Return the names of the functions with positive scores."""
     return ", ".join(name for name, score in scores.items() if score > THRESHOLD) or label_text(())
 
 
 def labels(item: Report) -> str:
-    """Return an object's label, and what is true of it as well."""
+    """Return an object's label, and the functions that it has as well."""
     return label_text(item["functions"], ", ") + (f" (also {', '.join(item['also'])})" if item["also"] else "")
 
 
 def listing(differ: Sequence[Disagreement], report: Report) -> TextTable:
-    """Return the objects that simulators label differently."""
+    """Return a table of the objects that simulators label differently."""
 
     def said(scores: dict[str, float]) -> str:
         return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
 
     items = [report["per_object"][case.row] for case in differ[:LONGEST]]
     rows = [[item["file"], labels(item), *(said(row["scores"]) for row in item["backends"].values())] for item in items]
-    return TextTable(
-        title="list", columns=["file", "label", *(f"{name} says" for name in report["backends"])], rows=rows
-    )
+    head = ["file", "label", *(f"{name} says" for name in report["backends"])]
+    return TextTable(title="list", columns=head, rows=rows)
 
 
 def simulators(report: Report) -> TextTable:
-    """Return what was compared, and with which options."""
+    """Return a table of the simulators with their versions and options."""
     rows = [
         [name, f"{row['backend']} {row['version']}", f"{row['sphere_limit']:,}", options_text(row["options"])]
         for name, row in report["backends"].items()
     ]
-    return TextTable(
-        title="simulators", columns=["simulator", "version", "settled spheres at most", "options"], rows=rows
-    )
+    head = ["simulator", "version", "settled spheres at most", "options"]
+    return TextTable(title="simulators", columns=head, rows=rows)
 
 
 def qualities(report: Report) -> list[TextTable]:
     """Return one table for each function, simulators and baselines."""
     whole = tables.quality_table(report)
     features, _, *figures = whole.columns
-    rows_of = {
-        function: [[name, *row] for name, of, *row in whole.rows if of == function] for function in report["functions"]
-    }
-    return [TextTable(title=function, columns=[features, *figures], rows=rows) for function, rows in rows_of.items()]
+    by: dict[str, list[list[str]]] = {function: [] for function in report["functions"]}
+    for name, function, *row in whole.rows:
+        by[function].append([name, *row])
+    return [TextTable(title=function, columns=[features, *figures], rows=rows) for function, rows in by.items()]

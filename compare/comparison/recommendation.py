@@ -1,6 +1,6 @@
-"""What to use for which function: the cheapest simulator, unless something else is better by more than trials spread.
+"""What to use for which function: the cheapest simulator, unless something else is significantly better.
 
-The sentence on top, the table below it and the words beside the charts all say what `recommendations` returns.
+The sentence on top of the page, the table below it and the words next to the charts all follow `recommendations`.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ class Recommendation:
     backend: str
     f_measure: float
     reason: str
-    baseline: str  # the best of those that need no spheres
+    baseline: str  # the best one without spheres
     baseline_f: float
     beside: Difference  # the baseline's F-measures less the simulator's
-    undecided: bool = False  # whether so few objects leave open if another simulator is better
+    undecided: bool = False  # whether there are too few objects to decide if another simulator is better
 
     @property
     def beaten(self) -> bool:
-        """Whether what drops no spheres does better, by the rule for two simulators."""
+        """Whether the best baseline is better, by the rule for two simulators."""
         return self.beside["verdict"] == BETTER
 
     @property
     def use(self) -> str:
-        """What to use."""
+        """The simulator or baseline to use."""
         return self.baseline if self.beaten else self.backend
 
 
 def recommendations(report: Report) -> list[Recommendation]:
     """Return what to use for each function.
 
-    The cheapest simulator stands, unless another tells the function better over the same trials; and that one, unless
-    the best of what needs no spheres does so in turn.
+    It is the cheapest simulator, unless another classifies the function better over the same trials; or the best
+    baseline without spheres, if that is better still.
     """
     cheap, others = beside_cheapest(report)
     return [recommended(report, function, cheap, others) for function in report["functions"]]
@@ -89,7 +89,7 @@ def recommended(
 
 
 def leaves_open(row: Difference) -> bool:
-    """Return whether a difference could as well be a large one."""
+    """Return whether the true difference may be large."""
     return row["verdict"] == UNKNOWN or (row["verdict"] == LEVEL and row["margin"] > COARSE)
 
 
@@ -99,19 +99,18 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
         return "the only one compared"
     if chosen != cheap:
         return f"better than {cheap} ({with_margin(others[chosen])})"
-    words = {
-        name: f"differs by {row['difference']:+.3f} in one trial, too few to tell"
-        if row["verdict"] == UNKNOWN
-        else unseen(row)
-        if leaves_open(row)
-        else f"{row['verdict']} ({with_margin(row)})"
-        for name, row in others.items()
-    }
-    return "; ".join(f"{name} is dearer and {difference}" for name, difference in words.items())
+    return "; ".join(f"{name} is dearer and {difference_words(row)}" for name, row in others.items())
+
+
+def difference_words(row: Difference) -> str:
+    """Return a difference in words."""
+    if row["verdict"] == UNKNOWN:
+        return f"differs by {row['difference']:+.3f} in one trial, too few to tell"
+    return unseen(row) if leaves_open(row) else f"{row['verdict']} ({with_margin(row)})"
 
 
 def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
-    """Return what to use for which function as one sentence, and where that is open."""
+    """Return in one sentence what to use for which function, and where that is undecided."""
     by: dict[str, list[str]] = {}
     for row in rows:
         if not row.beaten and not row.undecided:
@@ -128,37 +127,27 @@ def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
 
 
 def without_spheres(row: Recommendation) -> str:
-    """Return in words that spheres are beaten at a function, by what, and by how much."""
+    """Return in words which baseline is better than spheres, and by how much."""
     figures = f"F {row.baseline_f:.2f} beside {row.f_measure:.2f} by {row.backend}, {with_margin(row.beside)}"
     return f"{row.baseline.replace('_', ' ')}, without spheres, is better ({figures})"
 
 
-def baseline_words(beside: Difference) -> str:
-    """Return how the best without spheres does beside the simulator that is chosen."""
-    return "undecided" if leaves_open(beside) else beside["verdict"]
-
-
 def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> str:
-    """Return which simulator to use for which function, each one's F-measure, and the best baseline, as HTML."""
-    backends = report["backends"]
-    rows = [
-        [
-            row.function,
-            row.use.replace("_", " ") + (" (open)" if row.undecided and not row.beaten else ""),
-            *(with_spread(backend["functions"][row.function]) for backend in backends.values()),
-            f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {baseline_words(row.beside)})",
-            without_spheres(row) if row.beaten else row.reason,
-        ]
-        for row in chosen
-    ]
+    """Return an HTML table of what to use for which function, with all F-measures and the best baseline."""
+    backends, rows = report["backends"], []
+    for row in chosen:
+        use = row.use.replace("_", " ") + (" (open)" if row.undecided and not row.beaten else "")
+        verdict = "undecided" if leaves_open(row.beside) else row.beside["verdict"]
+        baseline = f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {verdict})"
+        of_backends = [with_spread(backend["functions"][row.function]) for backend in backends.values()]
+        why = without_spheres(row) if row.beaten else row.reason
+        rows.append([row.function, use, *of_backends, baseline, why])
     seconds = [format_duration(backend["seconds_per_object"]) for backend in backends.values()]
     head = ["to tell", "use", *(f"F of {name}" for name in backends), "best without spheres", "why"]
     return table_html(head, [*rows, ["", "median object", *seconds, "", ""]], texts=None, kind="recommendations")
 
 
 def prices(report: Report) -> dict[str, str]:
-    """Return what a thousand such objects take by each backend, on one core."""
-    return {
-        name: format_duration(THOUSAND * row["seconds_total"] / report["objects"])
-        for name, row in report["backends"].items()
-    }
+    """Return the time that each backend takes for a thousand such objects, on one core."""
+    seconds = {name: row["seconds_total"] for name, row in report["backends"].items()}
+    return {name: format_duration(THOUSAND * total / report["objects"]) for name, total in seconds.items()}

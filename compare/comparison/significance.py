@@ -1,4 +1,4 @@
-"""Which simulator tells functions better, and at what price: differences between paired trials, and one sentence."""
+"""Which simulator classifies better, and at what cost: differences between paired trials, and one sentence."""
 
 from __future__ import annotations
 
@@ -13,26 +13,25 @@ from spherefunc_bullet.formats.units import format_duration
 from ..evaluation.evaluation import Qualities
 from ..evaluation.impaired import COPIES_LEARNT, mean_shares
 
-Report = Mapping[str, Any]  # what `spherefunc compare --json` prints; its keys are where it is made
+Report = Mapping[str, Any]  # the JSON of `spherefunc compare`, see `comparison.compare_entries`
 Difference = dict[str, Any]  # see `paired_difference`
 
 BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
 CONFIDENCE = 0.95
-COARSE = 0.1  # half an interval of F-measures that is so wide decides nothing that anybody wants to know
+COARSE = 0.1  # a wider margin of F-measures leaves open which simulator is better
 
 
 def paired_differences(first: Qualities, second: Qualities, train: int, test: int) -> dict[str, Difference]:
-    """Return, per function, how much better the second tells it than the first, over the same trials."""
-    return {
-        name: paired_difference(first[name]["f_measures"], second[name]["f_measures"], train, test) for name in first
-    }
+    """Return, per function, how much better the second classifies than the first, over the same trials."""
+    pairs = {name: (first[name]["f_measures"], second[name]["f_measures"]) for name in first}
+    return {name: paired_difference(*pair, train, test) for name, pair in pairs.items()}
 
 
 def paired_difference(first: Sequence[float], second: Sequence[float], train: int, test: int) -> Difference:
-    """Return the mean of second minus first, its margin (None of one trial), and whether the second is better or not.
+    """Return the mean of second minus first, its margin (None for one trial), and whether the second is better or not.
 
-    The trials share objects, so they are not independent, and the more of them there were the surer an ordinary
-    t-test would be of nothing. The margin is the half width of the 95 % interval of Nadeau and Bengio's corrected
+    The trials share objects, so they are not independent, and an ordinary t-test would find differences by chance, the
+    more trials there are. The margin is the half width of the 95 % interval of Nadeau and Bengio's corrected
     resampled t-test ("Inference for the Generalization Error", Machine Learning 52, 2003), which counts the variance
     between trials 1 / trials + test / train times.
     """
@@ -44,13 +43,13 @@ def paired_difference(first: Sequence[float], second: Sequence[float], train: in
 
     error = math.sqrt((1 / len(differences) + test / train) * float(differences.var(ddof=1)))
     margin = float(t.ppf((1 + CONFIDENCE) / 2, len(differences) - 1)) * error
-    # F-measures are kept to four places: what differs by less does not differ.
+    # F-measures are kept to four places; smaller differences do not count.
     verdict = LEVEL if abs(mean) <= max(margin, 5e-5) else BETTER if mean > 0 else WORSE
     return {"difference": round(mean, 4), "margin": round(margin, 4), "verdict": verdict}
 
 
 def beside_cheapest(report: Report) -> tuple[str, dict[str, dict[str, Difference]]]:
-    """Return the simulator that takes the fewest seconds, and how much better each other one tells each function."""
+    """Return the quickest simulator, and how much better each other one classifies each function."""
     backends, sizes = report["backends"], (report["train_size"], report["test_size"])
     cheap, *others = sorted(backends, key=lambda name: backends[name]["seconds_per_object"])
     cheapest = backends[cheap]["functions"]
@@ -58,10 +57,10 @@ def beside_cheapest(report: Report) -> tuple[str, dict[str, dict[str, Difference
 
 
 def answer(report: Report) -> str:
-    """Return which simulator is how much better or worse at telling functions, at what price.
+    """Return how much better or worse each simulator is than the quickest one, and at what cost.
 
-    All are compared with the one that takes the fewest seconds. First, where it was asked, what spheres buy at all; in
-    the end what fidelity buys at other tasks.
+    Before it, where copies were measured, comes what spheres gain over features without spheres; after it, what
+    fidelity gains at other tasks.
     """
     about_copies = f"{benefit_sentence(report)} " if report.get("impaired") else ""
     about_tasks = "".join(f" {task['says'][:1].upper()}{task['says'][1:]}" for task in report.get("tasks", {}).values())
@@ -69,7 +68,7 @@ def answer(report: Report) -> str:
 
 
 def benefit_sentence(report: Report) -> str:
-    """Return in one sentence what spheres buy, or do not: telling copies that work from copies that do not."""
+    """Return in one sentence whether spheres distinguish copies that work from copies that do not."""
     shares, backends = report["impaired"], list(report["backends"])
     features = list(next(iter(next(iter(shares.values())).values()))["share"])
     useless, works = mean_shares(shares, features).values()
@@ -87,27 +86,24 @@ def benefit_sentence(report: Report) -> str:
 
 
 def about_labels(report: Report) -> str:
-    """Return in one sentence how simulators' labels differ, at what price."""
+    """Return in one sentence how much better the simulators' labels are, and at what cost."""
     (cheap, others), backends = beside_cheapest(report), report["backends"]
     if not others:
         row = backends[cheap]
         figures = enumeration([f"{name} {quality['f_measure']:.2f}" for name, quality in row["functions"].items()])
         price = f"{format_duration(row['seconds_per_object'])} an object"
         return f"{cheap} was compared with no other backend: F-measures of {figures} at {price}."
-    parts = [
-        f"{quality_words(name, differences)}, {price_words(backends[name], backends[cheap])}"
-        for name, differences in others.items()
-    ]
+    prices = {name: price_words(backends[name], backends[cheap]) for name in others}
+    parts = [f"{quality_words(name, differences)}, {prices[name]}" for name, differences in others.items()]
     return f"Beside {cheap}, {'; '.join(parts)}."
 
 
 def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
     """Return in words at which functions a backend is better, worse and level."""
-    by = {
-        verdict: {function: row for function, row in differences.items() if row["verdict"] == verdict}
-        for verdict in (BETTER, WORSE, LEVEL)
-    }
-    if not any(by.values()):
+    by: dict[str, dict[str, Difference]] = {BETTER: {}, WORSE: {}, LEVEL: {}, UNKNOWN: {}}
+    for function, row in differences.items():
+        by[row["verdict"]][function] = row
+    if len(by[UNKNOWN]) == len(differences):
         signed = enumeration([f"{function} by {row['difference']:+.3f}" for function, row in differences.items()])
         return f"{name} differs at {signed} in one trial, too few to tell"
     parts = [
@@ -133,19 +129,18 @@ def with_margin(row: Difference) -> str:
 
 
 def unseen(row: Difference) -> str:
-    """Return what so few objects and trials leave open; a difference within so wide a margin would say nothing."""
+    """Return in words which differences cannot be seen with so few objects and trials."""
     return f"differences below {row['margin']:.2f} do not show"
 
 
 def price_words(backend: Report, cheaper: Report) -> str:
-    """Return how many times the seconds a backend takes."""
+    """Return in words how many times the time of a cheaper backend a backend takes."""
     dear, cheap = backend["seconds_per_object"], cheaper["seconds_per_object"]
     note = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"
-    beside = f"{format_duration(dear)} against {format_duration(cheap)} an object{note}"
+    seconds = f"{format_duration(dear)} against {format_duration(cheap)} an object{note}"
     if not cheap > 0:
-        return f"at {beside}"
-    times = dear / cheap
-    return f"at {f'{times:.0f}' if times >= 10 else f'{times:.1f}'} times the time ({beside})"
+        return f"at {seconds}"
+    return f"at {dear / cheap:.{0 if dear / cheap >= 10 else 1}f} times the time ({seconds})"
 
 
 def enumeration(words: Sequence[str]) -> str:

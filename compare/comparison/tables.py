@@ -15,7 +15,7 @@ from .significance import Report
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable:
-    """A title, the columns' names, and rows of texts."""
+    """A table of texts with a title and column names."""
 
     title: str
     columns: list[str]
@@ -36,7 +36,7 @@ def tables(report: Report) -> list[TextTable]:
 
 
 def quality_table(report: Report) -> TextTable:
-    """Return how well each function is classified, by simulators and baselines, over trials and leaving one out."""
+    """Return the quality of each function by simulators and baselines, over trials and with each object left out."""
     rows = [
         [
             name.replace("_", " "),
@@ -59,27 +59,26 @@ def quality_table(report: Report) -> TextTable:
 
 
 def copies_table(report: Report) -> TextTable:
-    """Return the share of impaired copies that are still called by their function, kind by kind."""
+    """Return the share of impaired copies that are still classified by their function, kind by kind."""
     title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
     columns, rows = share_rows(report["impaired"])
     return TextTable(title=f"{title}: share still called by the function", columns=columns, rows=rows)
 
 
 def task_table(report: Report) -> TextTable:
-    """Return what backends do of the tasks besides labels."""
-    rows = [
-        [task, row["backend"], row["measure"], number(row["value"]), str(row["asked"]), format_duration(row["seconds"])]
-        for task, reports in report["tasks"].items()
-        for row in reports["rows"]
-    ]
-    for task, reports in report["tasks"].items():
-        rows += [[task, name, "cannot do it", "", "", ""] for name in reports["unable"]]
+    """Return the results of backends at the tasks other than labels."""
+    rows, unable = [], []
+    for task, of_task in report["tasks"].items():
+        unable += [[task, name, "cannot do it", "", "", ""] for name in of_task["unable"]]
+        for row in of_task["rows"]:
+            figures = [number(row["value"]), str(row["asked"]), format_duration(row["seconds"])]
+            rows.append([task, row["backend"], row["measure"], *figures])
     head = ["task", "backend", "measure", "value", "objects", "each takes"]
-    return TextTable(title="What rigid bodies tell besides labels", columns=head, rows=rows)
+    return TextTable(title="What rigid bodies tell besides labels", columns=head, rows=rows + unable)
 
 
 def keeping_table(report: Report) -> TextTable:
-    """Return what vessels, those with a hole in the wall, and other objects keep when they are tilted."""
+    """Return what vessels, vessels with a hole in the wall, and other objects keep when they are tilted."""
     rows, angles = [], []
     for name, score in report["tasks"].get("keeping", {}).get("backends", {}).items():
         angles = score["angles_deg"]
@@ -91,80 +90,51 @@ def keeping_table(report: Report) -> TextTable:
 
 
 def cost_table(report: Report) -> TextTable:
-    """Return what each simulator costs."""
-    rows = [
-        [
-            name,
-            ", ".join(map(format_length, row["radii"])),
-            format_duration(row["seconds_per_object"]),
-            format_duration(row["seconds_per_object_p95"]),
-            format_duration(row["seconds_total"]),
-            rate(row["drops_per_second"]),
-            "unknown" if row["peak_memory"] is None else f"{row['peak_memory'] / 2**20:,.0f} MiB",
-            str(row["failed"]),
-        ]
-        for name, row in report["backends"].items()
-    ]
+    """Return the cost of each simulator."""
+    rows = []
+    for name, row in report["backends"].items():
+        seconds = (row["seconds_per_object"], row["seconds_per_object_p95"], row["seconds_total"])
+        memory = "unknown" if row["peak_memory"] is None else f"{row['peak_memory'] / 2**20:,.0f} MiB"
+        start = [name, ", ".join(map(format_length, row["radii"])), *map(format_duration, seconds)]
+        rows.append([*start, rate(row["drops_per_second"]), memory, str(row["failed"])])
     head = ["backend", "radii", "median object", "95th percentile", "all objects", "drops/s", "peak memory", "failed"]
     return TextTable(title="Cost", columns=head, rows=rows)
 
 
 def radius_table(report: Report) -> TextTable:
-    """Return what each radius alone gives and costs."""
-    functions = list(report["functions"])
-    rows = [
-        [
-            name,
-            format_length(row["radius"]),
-            *(with_spread(row["functions"][function]) for function in functions),
-            format_duration(row["seconds_per_object"]),
-            rate(row["drops_per_second"]),
-            number(row["settled_share"]),
-        ]
-        for name, backend in report["backends"].items()
-        for row in backend["by_radius"]
-    ]
+    """Return the quality and the cost of each radius alone."""
+    functions, rows = list(report["functions"]), []
+    for name, backend in report["backends"].items():
+        for row in backend["by_radius"]:
+            quality = [with_spread(row["functions"][function]) for function in functions]
+            cost = [format_duration(row["seconds_per_object"]), rate(row["drops_per_second"])]
+            rows.append([name, format_length(row["radius"]), *quality, *cost, number(row["settled_share"])])
     head = ["backend", "radius", *(f"F {name}" for name in functions), "median object", "drops/s", "settled"]
     return TextTable(title="One radius alone", columns=head, rows=rows)
 
 
 def label_table(report: Report) -> TextTable:
     """Return on how many objects two simulators agree, and whose trials are better."""
-    rows = [
-        [
-            " / ".join(pair["backends"]),
-            function,
-            number(row["same"]),
-            " / ".join(number(pair["labels_of_two_seeds"][name][function]) for name in pair["backends"]),
-            " / ".join(str(count) for count in row["right_alone"].values()),
-            f"{difference['difference']:+.3f}",
-            number(difference["margin"]),
-            difference["verdict"],
-        ]
-        for pair in report["agreement"]
-        for function, row in pair["labels"].items()
-        for difference in [pair["f_measures"][function]]
-    ]
+    rows = []
+    for pair in report["agreement"]:
+        for function, row in pair["labels"].items():
+            seeds = [number(pair["labels_of_two_seeds"][name][function]) for name in pair["backends"]]
+            counts, difference = map(str, row["right_alone"].values()), pair["f_measures"][function]
+            better = [f"{difference['difference']:+.3f}", number(difference["margin"]), difference["verdict"]]
+            start = [" / ".join(pair["backends"]), function, number(row["same"])]
+            rows.append([*start, " / ".join(seeds), " / ".join(counts), *better])
     head = ["backends", "function", "same label", "two seeds", "right alone", "F second - first", "margin", "second is"]
     return TextTable(title="Agreement of labels, every object left out once", columns=head, rows=rows)
 
 
 def histogram_table(report: Report) -> TextTable:
-    """Return how far two simulators' histograms lie apart, beside two seeds of one."""
-    rows = [
-        [
-            " / ".join(pair["backends"]),
-            format_length(row["radius"]),
-            str(row["objects"]),
-            number(row["between"]),
-            " / ".join(number(distance) for distance in row["within"].values()),
-            number(row["ratio"]),
-            number(row["norm"]),
-            " / ".join(number(share) for share in settled["share"].values()),
-        ]
-        for pair in report["agreement"]
-        for row, settled in zip(pair["histograms"], pair["settled"], strict=True)
-    ]
+    """Return the distance between two simulators' histograms, and for comparison between two seeds of one."""
+    rows = []
+    for pair in report["agreement"]:
+        for row, settled in zip(pair["histograms"], pair["settled"], strict=True):
+            start = [" / ".join(pair["backends"]), format_length(row["radius"]), str(row["objects"])]
+            within, shares = (" / ".join(map(number, each.values())) for each in (row["within"], settled["share"]))
+            rows.append([*start, number(row["between"]), within, number(row["ratio"]), number(row["norm"]), shares])
     head = ["backends", "radius", "objects", "apart", "two seeds apart", "ratio", "norm", "settled"]
     title = f"Agreement of histograms, medians over the objects, of {report['objects_again']}, on which they differ; "
     title += "apart: their distance in spheres, norm: a histogram's own length"
@@ -177,9 +147,8 @@ def markdown(report: Report) -> str:
 
 
 def sections(report: Report) -> Iterator[str]:
-    """Yield what follows the answer."""
-    for table in tables(report):
-        yield table.markdown()
+    """Yield the sections after the answer."""
+    yield from (table.markdown() for table in tables(report))
     yield "## How it was made"
     yield report["timing"]
     if report["left_out"]:
@@ -188,7 +157,7 @@ def sections(report: Report) -> Iterator[str]:
 
 
 def number(value: float | None) -> str:
-    """Return a number to three places; nothing for what is unknown."""
+    """Return a number to three places; nothing if it is unknown."""
     return "" if value is None else f"{value:.3f}"
 
 

@@ -12,8 +12,8 @@ import pytest
 from browser import draw, needs_browser
 
 from spherefunc_bullet.compare.commands.compare import compare
+from spherefunc_bullet.compare.comparison.agreement import clearest, disagreements
 from spherefunc_bullet.compare.comparison.charts import ChartMark, front, median_line
-from spherefunc_bullet.compare.comparison.disagreements import clearest, disagreements
 from spherefunc_bullet.compare.comparison.recommendation import (
     prices,
     recommendation_sentence,
