@@ -1,7 +1,7 @@
 """The benchmark of real scans: recall and precision by object and by place, by function and source, with intervals.
 
-By *object* a claim is right where its box, or its points, overlap those of a true object of that function. By *place*
-it is right where the best place of that function on it, to sit, to put or to pour, lies in a true object's box.
+By *object* a claim is correct if its box, or its points, overlap those of a true object of that function. By *place* it
+is correct if the best place of that function on it, to sit, to put or to pour, lies in a true object's box.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 
 from spherefunc_bullet.console import print_table, show
 from spherefunc_bullet.formats.files import write_text
-from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.room import Room
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -28,17 +27,17 @@ from .truth import RecognisedObject, TrueObject, aligned_box
 
 OBJECT, PLACE = "object", "place"
 ALL = "all"
-MARGIN = 0.05  # metres around a box drawn by hand within which a place is on its object
-RESAMPLED, SHARE = 2000, 0.95  # bootstrap samples of the scans, and the share of them within the interval
+MARGIN = 0.05  # metres around a box drawn by hand, within which a place is on its object
+RESAMPLED, SHARE = 2000, 0.95  # bootstrap samples of the scans, and the share of them in the interval
 
 Interval = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BenchmarkScan:
-    """The verdicts of one scan, by object and by place."""
+    """The results of one scan, by object and by place."""
 
-    source: str  # whose it is: the first word of its name
+    source: str  # the first word of its name
     verdicts: Mapping[str, Sequence[MatchResult]]
 
     def score(self, unit: str, function: str = ALL) -> Score:
@@ -60,22 +59,19 @@ def source_of(path: Path) -> str:
 def match_places(
     truth: Sequence[TrueObject], scan: Scan, room: Room, recognised: Sequence[RecognisedObject]
 ) -> list[MatchResult]:
-    """Compare the best place of each function claimed of each object with the truth's boxes, in the scan's frame.
+    """Compare the best place of each claimed function of each object with the true boxes, in the scan's frame.
 
     A true object is found once; a second place on it counts neither way.
     """
-    found = room_places(scan, room)
-    claims = [
-        (best, claim)
-        for item, claim in zip(room.objects, recognised, strict=True)
-        for name in sorted(claim.functions)
-        if (best := best_place(found.get(item.id, ()), name)) is not None
-    ]
-    verdicts = []
-    for name in sorted(
-        set().union(*(one.functions | one.disputed for one in truth), *(c.functions for _, c in claims))
-    ):
-        wanted = [one for one in truth if name in one.functions | one.disputed]
+    found, claims = room_places(scan, room), []
+    for item, claim in zip(room.objects, recognised, strict=True):
+        for name in sorted(claim.functions):
+            places = [place for place in found.get(item.id, ()) if place.function == name]
+            if places:
+                claims.append((max(places, key=lambda place: place.score), claim))
+    verdicts, true_functions = [], [one.functions | one.disputed for one in truth]
+    for name in sorted(set().union(*true_functions, *(claim.functions for _, claim in claims))):
+        wanted = [one for one, functions in zip(truth, true_functions, strict=True) if name in functions]
         taken: dict[int, RecognisedObject] = {}
         for place, claim in claims:
             if place.function == name:
@@ -88,22 +84,18 @@ def match_places(
     return verdicts
 
 
-def best_place(places: Sequence[Place], function: str) -> Place | None:
-    """Return the place of the best score for a function, None without one."""
-    return max((place for place in places if place.function == function), key=lambda place: place.score, default=None)
-
-
 def holder_of(position: np.ndarray, truth: Sequence[TrueObject], scan: Scan) -> int | None:
-    """Return which true object's box holds a position (3,), metres, that of the nearest middle; None if none does."""
-    boxes = [one.box or aligned_box(scan.points[one.points]) for one in truth]
-    inside = [
-        k for k, box in enumerate(boxes) if (np.abs(box.to_own(position[None])[0]) <= box.size / 2 + MARGIN).all()
-    ]
-    return min(inside, key=lambda k: float(np.linalg.norm(boxes[k].center - position)), default=None)
+    """Return the true object whose box holds a position (3,), metres, and has the nearest middle; None without one."""
+    distances = {}
+    for number, one in enumerate(truth):
+        box = one.box or aligned_box(scan.points[one.points])
+        if (np.abs(box.to_own(position[None])[0]) <= box.size / 2 + MARGIN).all():
+            distances[number] = float(np.linalg.norm(box.center - position))
+    return min(distances, key=distances.get, default=None)
 
 
 def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]) -> Interval:
-    """Return between which values a figure lies in most bootstrap samples of the scans; None where it is none.
+    """Return the bootstrap interval of a figure over the scans; None where the figure is undefined.
 
     Parameters
     ----------
@@ -137,7 +129,7 @@ def benchmark_rows(scans: Sequence[BenchmarkScan]) -> list[Row]:
 
 
 def benchmark_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
-    """Return one line from the scores of its scans."""
+    """Return one row from the scores of its scans."""
     return {
         "by": unit,
         "of": of,
@@ -163,7 +155,7 @@ def print_benchmark(rows: Sequence[Row]):
 
 
 def shared(some: int, of: int, share: float | None, between: Interval) -> str:
-    """Return a count with its share and interval, a dash where there is nothing to count."""
+    """Return a count with its share and interval; a dash if there is nothing to count."""
     if share is None or between[0] is None:
         return "-"
     return f"{some}/{of} {share:.2f} ({between[0]:.2f} to {between[1]:.2f})"
@@ -173,7 +165,7 @@ WHOLE = "whole"
 
 
 def room_curves(about: Row, measured: Sequence[Row]) -> Plate:
-    """Return the plot: on the left what views do, on the right what noise does at the most common number of views."""
+    """Return the plot of figures over views, and over noise at the most common number of views."""
     return Plate(
         stem="rooms",
         caption=f"Virtual rooms of {about['data']}, {about['backend']}: F-measure of each function from scan to label, "

@@ -1,15 +1,14 @@
-"""Halves of a data set to furnish rooms with, each with a model that has learnt the other half, or one from a file."""
+"""Halves of a data set that furnish rooms, each with a model that has learnt the other half, or a model from a file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset
-from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.settings import SEGMENTATION
@@ -19,29 +18,27 @@ from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.settling import settle
 
-from .trials import Fold, split_in_halves
+from .trials import Failed, Fold, split_in_halves
 
 VIEWS, NOISE = 3, 1.0  # of the scans that partial views are cut out of
-OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
+OTHER_ROOMS = 1000  # added to the seed, so that other rooms are learnt than tested
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingOptions(DropConfig):
-    """How examples are made, and what learns from them."""
+    """How training examples are made, and the method that learns from them."""
 
     completion: tuple[str, ...] = ()
     method: str = "cubes"
 
 
-def two_folds(
-    dataset: Dataset, training: TrainingOptions, failed: Callable[[InputError], None], jobs: int
-) -> list[Fold]:
+def two_folds(dataset: Dataset, training: TrainingOptions, failed: Failed, jobs: int) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
 
     Parameters
     ----------
     failed : callable
-        Is given the error of each file that cannot be used; the rest goes on.
+        Is called with the error of each file that cannot be used; all others are used.
     """
     simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
@@ -52,7 +49,7 @@ def two_folds(
 
 
 def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
-    """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
+    """Return a data set with a model from a file; if the model has learnt some of these objects, print a warning."""
     classifier = load_model(model)
     learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
     if learnt:
@@ -61,7 +58,7 @@ def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
 
 
 def trained_classifier(
-    dataset: Dataset, simulated: Simulated, training: TrainingOptions, failed: Callable[[InputError], None]
+    dataset: Dataset, simulated: Simulated, training: TrainingOptions, failed: Failed
 ) -> CloudClassifier:
     """Return a classifier that has learnt a data set's objects as whole models, and partial views of large ones.
 
@@ -75,9 +72,9 @@ def trained_classifier(
 
 
 def partial_examples(
-    dataset: Dataset, training: TrainingOptions, failed: Callable[[InputError], None]
+    dataset: Dataset, training: TrainingOptions, failed: Failed
 ) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
-    """Yield settled centres, functions and name of what scans of rooms show of a data set's large objects."""
+    """Yield the drops, functions and name of each view of a data set's large objects in scans of rooms."""
     rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
     for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
         scan = scan_room(room, VIEWS, NOISE, training.seed)

@@ -1,4 +1,4 @@
-"""What was claimed of a scan against what is true of it: which objects are found, which missed, which claims false."""
+"""Objects recognised in a scan against its ground truth: which are found, which are missed, which claims are false."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
 
-IOU = 0.5  # above one half no two parts can claim the same object
+IOU = 0.5  # above it no two parts can match the same object
 
-Row = dict[str, Any]  # of a report, as JSON has it; a figure is None where there is nothing to divide by
-Matches = Mapping[int, int | None]  # a part's number -> the number of the true object that it is, None for none
+Row = dict[str, Any]  # of a report for JSON; a figure is None where there is nothing to divide by
+Matches = Mapping[int, int | None]  # a part's number -> the number of the true object that it matches, or None
 Functions = Mapping[int, frozenset[str]]  # the functions of a part or of an object, by its number
-Score = Counter[str]  # how many verdicts there are of each outcome; they add up over scans and functions
+Score = Counter[str]  # the number of results of each outcome; scores add up over scans and functions
 
 
 @dataclass(frozen=True)
 class MatchCounts:
-    """Right, wrong and missing answers, which add up over rooms."""
+    """Numbers of hits, false alarms and misses, which add up over rooms."""
 
     hits: int = 0
     false_alarms: int = 0
@@ -55,12 +55,12 @@ def ratio(part: float, whole: float) -> float | None:
 
 
 def rounded(value: float | None, places: int = 4) -> float | None:
-    """Return a figure as reports have it."""
+    """Return a rounded figure."""
     return None if value is None else round(value, places)
 
 
 def match_parts(truth: np.ndarray, part_of: np.ndarray, objects_that_count: Iterable[int]) -> dict[int, int | None]:
-    """Return for each part that a scan fell into the true object that it is, None if it is none.
+    """Return for each part of a segmented scan the true object that it matches, None if it matches none.
 
     Parameters
     ----------
@@ -71,9 +71,7 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, objects_that_count: Iter
     objects_that_count : iterable of int
         The objects that count; points of all others are left out, and parts that mostly hold such points as well.
     """
-    objects_that_count = set(objects_that_count)
-    counts = truth < 0
-    counts |= np.isin(truth, sorted(objects_that_count))
+    counts = (truth < 0) | np.isin(truth, sorted(set(objects_that_count)))
     objects = dict(zip(*np.unique(truth[counts & (truth >= 0)], return_counts=True), strict=True))
     matches: dict[int, int | None] = {}
     for part in np.unique(part_of[part_of >= 0]).tolist():
@@ -89,13 +87,13 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, objects_that_count: Iter
 
 
 def segmentation_counts(matches: Matches, numbers: Sequence[int]) -> MatchCounts:
-    """Return how many objects were found, parts that are no object, and objects that no part is."""
+    """Return the numbers of objects found, of parts that match no object, and of objects not found."""
     hits = sum(number is not None for number in matches.values())
     return MatchCounts(hits, len(matches) - hits, len(numbers) - hits)
 
 
 def function_counts(matches: Matches, given: Functions, labels: Functions, name: str) -> MatchCounts:
-    """Return how often a function was given rightly, wrongly and not at all, from scan to label.
+    """Return how often a function was given correctly, wrongly and not at all, from scan to label.
 
     Parameters
     ----------
@@ -113,13 +111,13 @@ def function_counts(matches: Matches, given: Functions, labels: Functions, name:
 
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
-LEAST_OF_BOXES = 0.25  # where boxes are: VoteNet's and SUN RGB-D's, since a scan sees only part of a box
-_BESIDE = 0.05  # metres: half of a chair's back, at the edge of what is inferred of it
+LEAST_OF_BOXES = 0.25  # the same for boxes, as in VoteNet and SUN RGB-D, since a scan shows only part of a box
+_MARGIN = 0.05  # metres: half of the thickness of a chair's back, which is at the edge of an inferred box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MatchResult:
-    """One function of an object, of a claim, or of both: found, missed, false, or counted apart."""
+    """One function of a true object, of a claim, or of both: found, missed, false, or counted separately."""
 
     function: str
     true: TrueObject | None = None
@@ -139,12 +137,12 @@ class MatchResult:
 
 
 def score_of(verdicts: Iterable[MatchResult]) -> Score:
-    """Return how many verdicts there are of each outcome."""
+    """Return the number of results of each outcome."""
     return Counter(verdict.outcome for verdict in verdicts)
 
 
 def score_row(score: Score) -> Row:
-    """Return the figures for a report; backs, and what people would dispute, count for neither recall nor precision."""
+    """Return the figures for a report; backs and disputed functions count for neither recall nor precision."""
     found, seen, claims = score["found"], score["found"] + score["missed"], score["found"] + score["false"]
     return {
         "found": found,
@@ -159,13 +157,6 @@ def score_row(score: Score) -> Row:
     }
 
 
-def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
-    """Return how well two objects overlap, 0 where it is too little to be the same."""
-    least = LEAST_OF_BOXES if true.points is None else LEAST_OF_POINTS
-    shared = overlap(true, recognised)
-    return shared if shared >= least else 0.0
-
-
 def match_objects(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare each function of each object: the largest overlaps are matched first, each object once."""
     wanted = [item.functions | item.disputed for item in truth]
@@ -174,16 +165,15 @@ def match_objects(truth: Sequence[TrueObject], recognised: Sequence[RecognisedOb
 
 
 def match_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[MatchResult]:
-    """Compare what was inferred with the truth: true if the middle of an object of that function lies in its box.
+    """Compare inferred objects with the truth: correct if the middle of an object of that function lies in its box.
 
-    Seen from above, and each object once. Of what is inferred most was not seen, and the truth's box may be of a back
-    alone, so that boxes need not overlap by much.
+    This is seen from above, and each object matches once. Most of an inferred object was not seen, and the true box may
+    be that of a back alone, so boxes need not overlap by much.
     """
     verdicts, left = [], list(truth)
     for claim in inferred:
-        fitting = [
-            true for true in left if claim.functions <= true.functions | true.disputed and lies_in(true, claim.box)
-        ]
+        inside = [true for true in left if lies_in(true, claim.box)]
+        fitting = [true for true in inside if claim.functions <= true.functions | true.disputed]
         nearest = min(fitting, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
         left = [true for true in left if true is not nearest]
         verdicts += [MatchResult(function=name, true=nearest, claim=claim) for name in claim.functions]
@@ -194,24 +184,24 @@ def lies_in(true: TrueObject, box: Box) -> bool:
     """Return whether the middle of a true object's box, if it has one, lies in another box seen from above."""
     if true.box is None:
         return False
-    return bool((np.abs(box.to_own(true.box.center[None])[0, :2]) <= box.size[:2] / 2 + _BESIDE).all())
+    return bool((np.abs(box.to_own(true.box.center[None])[0, :2]) <= box.size[:2] / 2 + _MARGIN).all())
 
 
 def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare one function of each object."""
     wanted = [item for item in truth if name in item.functions | item.disputed]
     claimed = [item for item in recognised if name in item.functions]
-    overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
-    pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
+    least = [[LEAST_OF_BOXES if true.points is None else LEAST_OF_POINTS] for true in wanted]
+    shared = np.array([[overlap(true, claim) for claim in claimed] for true in wanted])
+    pairs = best_pairs(np.where(shared >= least, shared, 0.0)) if wanted and claimed else {}
     found = {t: claimed[c] for t, c in pairs.items()}
     verdicts = [MatchResult(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
-    return verdicts + [
-        MatchResult(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()
-    ]
+    others = [claim for c, claim in enumerate(claimed) if c not in pairs.values()]
+    return verdicts + [MatchResult(function=name, claim=claim) for claim in others]
 
 
 def best_pairs(shared: np.ndarray) -> dict[int, int]:
-    """Return pairs of row and column of the largest overlaps (T, F), none twice; 0 does not pair."""
+    """Return pairs of rows and columns with the largest overlaps (T, F), each at most once and none with 0."""
     pairs: dict[int, int] = {}
     for flat in np.argsort(-shared, axis=None, kind="stable"):
         t, f = divmod(int(flat), shared.shape[1])

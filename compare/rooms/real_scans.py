@@ -1,4 +1,4 @@
-"""Real scans with known objects: how many of the functional ones are found, and how much of what is found is true.
+"""Real scans with known objects: how many objects with functions are found, and how many claims are correct.
 
     python -m spherefunc_bullet.compare.rooms.real_scans DATA [--only NAME] [--json]
 
@@ -35,15 +35,15 @@ Verdicts = Sequence[MatchResult]
 
 @dataclass(kw_only=True)
 class ScanResults:
-    """What was measured of all scans so far."""
+    """The results of all scans so far."""
 
     rows: list[Row] = field(default_factory=list)
     verdicts: list[MatchResult] = field(default_factory=list)
-    inferred: list[MatchResult] = field(default_factory=list)  # of what nobody saw: each claim's
+    inferred: list[MatchResult] = field(default_factory=list)  # of objects that were inferred and not seen
     examined: list[BenchmarkScan] = field(default_factory=list)
 
     def json(self) -> dict[str, object]:
-        """Return it for JSON."""
+        """Return the results for JSON."""
         return {
             "scans": self.rows,
             **score_row(score_of(self.verdicts)),
@@ -53,11 +53,12 @@ class ScanResults:
         }
 
     def print(self):
-        """Print it for people."""
+        """Print the results as tables."""
         print_scans(self.rows)
         print_benchmark(benchmark_rows(self.examined))
-        print_inferred(self.inferred)
-        score = score_row(score_of(self.verdicts))
+        row, score = inferred_row(self.inferred), score_row(score_of(self.verdicts))
+        true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
+        show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
         show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
@@ -89,12 +90,12 @@ def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> Row:
 
 
 def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: ScanResults):
-    """Recognise one scan and add what came of it.
+    """Recognise one scan and add its results.
 
     Raises
     ------
     InputError
-        If the scan, or what is known of it, cannot be used.
+        If the scan, or its ground truth, cannot be used.
     """
     truth, scan = true_objects(path), load_scan(path, report=say)
     started = time.process_time()  # of one core, whatever else is running
@@ -139,7 +140,7 @@ def main(
 
 
 def inferred_row(claims: Verdicts) -> Row:
-    """Return how many of the claims of what was not seen are true, and of what."""
+    """Return how many inferred objects are claimed, and how many of them are backs and others in the ground truth."""
     return {
         "claims": len(claims),
         "backs": sum(seat.outcome == "back found" for seat in claims),
@@ -154,7 +155,7 @@ def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
 
 
 def known_row(verdicts: Verdicts) -> Row:
-    """Return how what was recognised in a scan compares with what is known of it."""
+    """Return the comparison of the objects recognised in a scan with its ground truth."""
     score = score_row(score_of(verdicts))
 
     def named(outcome: str) -> list[str]:
@@ -172,29 +173,20 @@ def known_row(verdicts: Verdicts) -> Row:
     }
 
 
-def print_inferred(inferred: Verdicts):
-    """Print what was inferred and not seen, which counts nowhere."""
-    row = inferred_row(inferred)
-    true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
-    show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
-
-
 def print_scans(rows: Sequence[Row]):
     """Print a line for each scan."""
     names = sorted({name for row in rows for name in row.get("functions", {})})
     columns = ["scan", "points", "level by", "parts", *names, "claims true", "backs", "disputed", "seconds"]
-    table = [
-        [row["scan"].removesuffix(".ply"), row["points"], row["up_from"], row["objects"]]
-        + scan_cells(row, names)
-        + [f"{row['seconds']:.2f}"]
-        for row in rows
-    ]
+    table = []
+    for row in rows:
+        start = [row["scan"].removesuffix(".ply"), row["points"], row["up_from"], row["objects"]]
+        table.append([*start, *scan_cells(row, names), f"{row['seconds']:.2f}"])
     print_table("Each scan: found of those seen; a dash where there is none, or nothing is known", columns, table)
     show()
 
 
 def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
-    """Return a scan's counts: by function, of claims, of backs, and of what is disputed."""
+    """Return a scan's counts: by function, of claims, of backs, and of disputed objects."""
     known = row.get("functions")
     if known is None:
         claims = f"{len(row['functional'])} claims, no truth" if row["functional"] else "-"
@@ -208,7 +200,7 @@ def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
 
 
 def plain(some: int, of: int) -> str:
-    """Return a count of how many, a dash where there are none."""
+    """Return a count out of a total; a dash if the total is 0."""
     return f"{some}/{of}" if of else "-"
 
 
@@ -216,7 +208,7 @@ RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of
 
 
 def write_picture(folder: Path | None, path: Path, scan: Scan, room: Room):
-    """Write a small picture of few colours, as documents take it, of a scan whose licence allows it."""
+    """Write a small picture of few colours, for the documents, of a scan whose licence allows it."""
     if folder is not None and may_be_shown(path):
         file = folder / f"scene_{path.stem}.png"
         with writing(file):

@@ -1,13 +1,14 @@
-"""The model that ships for scans: fitted to the proposals in scans of virtual rooms, and to whole models.
+"""The model of the package for scans: fitted to the proposals in scans of virtual rooms, and to whole models.
 
 ``python -m spherefunc_bullet.compare.rooms.scan_model household --out MODEL`` makes it (``make scan-model``). With
-``--join EARLIER`` the trees of an earlier model, which has learnt other rooms, vote beside those of the new one.
+``--join EARLIER`` the trees of an earlier model, which has learnt other rooms, vote together with those of the new one:
+scanning rooms takes hours, so the earlier model is worth keeping.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -23,11 +24,11 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.model_file import load_model, save_model
-from spherefunc_bullet.learning.profiles.calibration import CopyGroups
+from spherefunc_bullet.learning.profiles.calibration import Calibration, CopyGroups
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, SceneForests
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
-from .joined_models import join
 from .training_examples import (
     SCAN_SETUPS,
     STEREO_SETUPS,
@@ -57,14 +58,14 @@ class RoomSet:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RoomSetExamples:
-    """The training examples of a set of rooms, and the errors of files that could not be used."""
+    """The training examples of a set of rooms, and the errors of unusable files."""
 
     examples: list[TrainingExample]
     errors: list[InputError]
 
 
 def room_sets(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[RoomSet]:
-    """Return sets of rooms, tidy and lived-in ones of each data set; the last four are scanned by stereo cameras."""
+    """Return sets of rooms, tidy and lived-in for each data set; the last four are scanned by stereo cameras."""
     kinds = [(dataset, lived_in, SCAN_SETUPS) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
     for place, lived_in in ((0, LIVED_IN), (-1, TIDY), (2, LIVED_IN), (3, TIDY)):
         kinds.append((datasets[place % len(datasets)], lived_in, STEREO_SETUPS))
@@ -78,9 +79,8 @@ def room_sets(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[RoomSe
 def examples_of_set(room_set: RoomSet, place: int, model: FunctionClassifier, cache: Path | None) -> RoomSetExamples:
     """Return the training examples of a set of rooms; its index decides with which setup it begins."""
     examples, errors = [], []
-    rooms = furnish_lived_in(
-        room_set.dataset, room_set.rooms, seed=room_set.seed, failed=errors.append, lived_in=room_set.lived_in
-    )
+    how = {"seed": room_set.seed, "failed": errors.append, "lived_in": room_set.lived_in}
+    rooms = furnish_lived_in(room_set.dataset, room_set.rooms, **how)
     for turn, room in enumerate(rooms):
         setup = room_set.setups[(turn + place) % len(room_set.setups)]
         examples += label_by_overlap(cached_examples(room, setup, model, room_set.seed, cache))
@@ -107,7 +107,8 @@ def main(
 ):
     """Train a model on the proposals in scans of virtual rooms, and on whole models of the first data set."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    model = FunctionClassifier(backend, early_drops=0, estimator=forest())  # all drops of a proposal are always read
+    forest = ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, random_state=0)
+    model = FunctionClassifier(backend, early_drops=0, estimator=forest)  # all drops of a proposal are always read
     partner = None if earlier is None else load_model(earlier, backend)
     examples = [whole_model_example(item, load_cloud(item.path), model) for item in datasets[0].objects]
     sets = room_sets(datasets, rooms, seed)
@@ -121,15 +122,10 @@ def main(
     failures.exit()
 
 
-def forest() -> ExtraTreesClassifier:
-    """Return the unfitted classifier of one function."""
-    return ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, random_state=0)
-
-
 def learn(examples: Sequence[TrainingExample], model: FunctionClassifier) -> FunctionClassifier:
-    """Return the model fitted to the examples; it keeps those with a function for comparison, and as many others.
+    """Return the model fitted to the examples; it keeps those with a function, and as many others, for comparison.
 
-    Calibration holds out all views of an object, in all rooms, together.
+    For calibration all views of an object in all rooms are held out together.
     """
     functions = tuple(sorted(set().union(*(example.functions for example in examples))))
     members = memberships([example.functions for example in examples], functions)
@@ -142,6 +138,67 @@ def learn(examples: Sequence[TrainingExample], model: FunctionClassifier) -> Fun
     model.fit_scene_forests(np.array([example.surroundings for example in examples]), NAMES, members, labelled)
     complete = np.flatnonzero(labelled.all(axis=1))
     return model.keep(complete[balanced_rows(members[complete].any(axis=1))])
+
+
+def join(model: FunctionClassifier, earlier: FunctionClassifier) -> FunctionClassifier:
+    """Add the trees of an earlier model to those of a model, which keeps its training objects and unsure ranges.
+
+    Both have to be fitted to scans. Each tree has one vote, and the calibration is the mean of both, in log odds.
+
+    Raises
+    ------
+    InputError
+        If the two do not know the same functions, radii and surroundings, or the earlier one reads quantities that the
+        model does not have.
+    """
+    check_compatible(model, earlier)
+    names, scenes, others = model.quantity_names(), model.scene_forests_, earlier.scene_forests_
+    columns = column_indices(earlier.quantity_names(), names)
+    model.forests_ = joined_forests(model.forests_, earlier.forests_, columns)
+    model.calibrations_ = mean_calibrations(model.calibrations_, earlier.calibrations_)
+    columns = column_indices([*earlier.quantity_names(), *scenes.names], [*names, *scenes.names])
+    model.scene_forests_ = SceneForests(
+        names=scenes.names,
+        forests=joined_forests(scenes.forests, others.forests, columns),
+        calibrations=mean_calibrations(scenes.calibrations, others.calibrations),
+    )
+    return model
+
+
+def check_compatible(model: FunctionClassifier, earlier: FunctionClassifier):
+    """Raise InputError if the trees of two models cannot vote together."""
+    for what in ("functions_", "radii", "drops"):
+        own, other = getattr(model, what), getattr(earlier, what)
+        if own != other:
+            raise InputError(f"the earlier model: expected {what.rstrip('_')} {own}, as the new one has, got {other}")
+    scenes = earlier.scene_forests_
+    if scenes is None or scenes.names != model.scene_forests_.names:
+        raise InputError("the earlier model: expected one that has learnt the same surroundings of objects in scans")
+    unknown = sorted(set(earlier.quantities) - set(model.quantities))
+    if unknown:
+        raise InputError(f"the earlier model reads quantities that the new one lacks: {', '.join(unknown)}")
+
+
+def column_indices(names: Sequence[str], columns: Sequence[str]) -> np.ndarray:
+    """Return the index (N,) int16 of each name among the columns."""
+    return np.array([columns.index(name) for name in names], np.int16)
+
+
+def joined_forests(own: Sequence[Forest], earlier: Sequence[Forest], columns: np.ndarray) -> list[Forest]:
+    """Return for each function one forest of the trees of both; ``columns`` (Q,) are of the earlier quantities."""
+    return [joined(one, other, columns) for one, other in zip(own, earlier, strict=True)]
+
+
+def joined(one: Forest, other: Forest, columns: np.ndarray) -> Forest:
+    """Return one forest of the trees of two, the other one's reading their quantities from other columns (Q,)."""
+    start, feature = np.int32(len(one.feature)), np.where(other.feature == LEAF, LEAF, columns[other.feature])
+    moved = replace(other, feature=feature.astype(np.int16), roots=other.roots + start, below=other.below + start)
+    return Forest(**{name: np.concatenate([values, getattr(moved, name)]) for name, values in one.arrays().items()})
+
+
+def mean_calibrations(own: Sequence[Calibration], earlier: Sequence[Calibration]) -> list[Calibration]:
+    """Return the mean calibration of each function."""
+    return [tuple(pair) for pair in np.mean([own, earlier], axis=0).tolist()]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What each hand-set number of scan recognition changes: halved and doubled, on virtual rooms that nobody has learnt.
+"""Sensitivity of scan recognition to each hand-set number: halved and doubled, on virtual rooms that were not learnt.
 
     python -m spherefunc_bullet.compare.rooms.sensitivity DATA [--stages pool] [--rooms 4] [--jobs 2] [--list] [--json]
 
@@ -44,17 +44,17 @@ class SettingField:
 
     @property
     def title(self) -> str:
-        """What it is called: ``pool.slab``."""
+        """Its full name, such as ``pool.slab``."""
         return f"{self.stage}.{self.name}"
 
     @property
     def value(self) -> int | float:
-        """What it is."""
+        """Its value."""
         return getattr(settings.STAGES[self.stage], self.name)
 
     @contextmanager
     def times(self, factor: float) -> Iterator[None]:
-        """Have it multiplied for a while."""
+        """Multiply the number while the context lasts."""
         # By the module, which other processes import: its settings alone are copied to them.
         stage, value = settings.STAGES[self.stage], self.value
         object.__setattr__(stage, self.name, type(value)(value * factor))
@@ -66,12 +66,12 @@ class SettingField:
 
 def numbers_of(stage: str) -> list[SettingField]:
     """Return the numbers of a stage, without pairs and rows of numbers."""
-    single = [field.name for field in fields(settings.STAGES[stage]) if not isinstance(field.default, tuple)]
-    return [SettingField(stage=stage, name=name) for name in single]
+    single = [field for field in fields(settings.STAGES[stage]) if not isinstance(field.default, tuple)]
+    return [SettingField(stage=stage, name=field.name) for field in single]
 
 
 def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[MatchCounts, list[bytes]]:
-    """Return how many functions are found, false and missed in rooms, and each room's answer to compare."""
+    """Return the counts of functions in rooms, and each room's answer for comparison."""
     total, found = MatchCounts(), []
     for scan in scanned:
         seen = scan.seen().tolist()
@@ -88,13 +88,13 @@ def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[Match
 def row_of(
     number: SettingField, scanned: Sequence[VirtualScan], model: FunctionModel, before: Sequence[bytes]
 ) -> list[str]:
-    """Return a line: the number, and what becomes of the rooms with it halved and doubled."""
+    """Return a row: the number, and the results with it halved and doubled."""
     row = [number.title, f"{number.value:g}"]
     for factor in FACTORS:
         with number.times(factor):
             try:
                 counts, after = answers(scanned, model)
-            except Exception as error:  # a setting that nothing can be done with, which is an answer too
+            except Exception as error:  # recognition fails with this setting, which is a result too
                 row += ["-", "-", type(error).__name__]
                 continue
         changed = sum(field != other for field, other in zip(after, before, strict=True))
@@ -103,7 +103,7 @@ def row_of(
 
 
 def print_list():
-    """Print every number: what it is called, what it is, its unit, and what it stands for."""
+    """Print the name, value, unit and meaning of every number."""
     for stage, settings_of_stage in settings.STAGES.items():
         show(f"{stage}: {type(settings_of_stage).__doc__}")
         for field in fields(settings_of_stage):
@@ -136,9 +136,8 @@ def main(
     require_known("--stages", chosen, settings.STAGES)
     numbers = [number for stage in chosen for number in numbers_of(stage)]
     model = load_model(shipped_model("fast", scans=True))
-    furnished = furnish_lived_in(
-        open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=parse_lived_in("all=0.5")
-    )
+    how = {"seed": seed, "failed": failures.add, "lived_in": parse_lived_in("all=0.5")}
+    furnished = furnish_lived_in(open_dataset(data), rooms, **how)
     scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed) for k, room in enumerate(furnished)]
     counts, before = answers(scanned, model)
     tasks = (delayed(row_of)(number, scanned, model, before) for number in numbers)
@@ -149,10 +148,8 @@ def main(
         print_json([dict(zip(columns, row, strict=True)) for row in rows])
     else:
         still = sum(row[4] == row[7] == "0" for row in rows)
-        title = (
-            f"{rooms} rooms: {counts.hits} found, {counts.false_alarms} false; {still} of {len(rows)} change nothing"
-        )
-        print_table(title, columns, rows)
+        title = f"{rooms} rooms: {counts.hits} found, {counts.false_alarms} false"
+        print_table(f"{title}; {still} of {len(rows)} change nothing", columns, rows)
     failures.exit()
 
 

@@ -113,9 +113,8 @@ def proposal_example(
     common = {"name": name, "record": record, "surroundings": example.surroundings}
     if item is None:
         return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **common)
-    return TrainingExample(
-        source=source_object(item), functions=item.functions, overlap=example.overlap, visible=visible, **common
-    )
+    source, overlap = source_object(item), example.overlap
+    return TrainingExample(source=source, functions=item.functions, overlap=overlap, visible=visible, **common)
 
 
 def source_object(item: DatasetObject) -> str:
@@ -131,10 +130,10 @@ def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) 
 def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> TrainingExample:
     """Return the training example of a whole model."""
     settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.run_limit)
-    name, source = item.path.name, source_object(item)
-    surroundings = surroundings_alone(cloud.points, bounding_box(cloud.points).size)
-    record = record_of(Path(name), shape_of(cloud), settled)
-    return TrainingExample(name=name, source=source, functions=item.functions, record=record, surroundings=surroundings)
+    name, record = item.path.name, record_of(Path(item.path.name), shape_of(cloud), settled)
+    around = surroundings_alone(cloud.points, bounding_box(cloud.points).size)
+    source = source_object(item)
+    return TrainingExample(name=name, source=source, functions=item.functions, record=record, surroundings=around)
 
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
@@ -197,14 +196,13 @@ def cached_examples(
         joblib.dump(room_examples(room, setup, model, seed), memory, compress=3)
         with writing(path):
             write_whole(path, memory.getvalue())
-    with explaining(
-        f"{path}: expected training examples of a room, as scan_model writes them; cannot be read", Exception
-    ):
+    expected = "expected training examples of a room, as scan_model writes them"
+    with explaining(f"{path}: {expected}; cannot be read", Exception):
         return joblib.load(path)
 
 
 def room_hash(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier, seed: int) -> str:
-    """Return the hash of all that decides the examples of a room but the code that scans, which names their file."""
+    """Return the hash that names a room's file: of everything that decides its examples, except the code."""
     simulator = make_simulator(model.simulator)
     how = [simulator.name, simulator.version, simulator.options(), model.radii, model.drops, model.seed]
     digest = hashlib.sha256(json.dumps([FORMAT, room.name, asdict(setup), seed, how], default=str).encode())

@@ -27,15 +27,16 @@ from spherefunc_bullet.settling.records import simulate_objects
 
 from .matching import Functions, MatchCounts, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
 
+Failed = Callable[[InputError], None]
 Summand = TypeVar("Summand")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """What a room is scanned with."""
+    """How a room is scanned."""
 
     views: int | None  # None: whole surfaces
-    noise: float  # times a Kinect's
+    noise: float  # as a multiple of a Kinect's
 
     def __str__(self) -> str:
         return "whole" if self.views is None else f"{self.views} view{'s' if self.views > 1 else ''}"
@@ -43,7 +44,7 @@ class Condition:
 
 @dataclass(frozen=True, kw_only=True)
 class RoomTrial:
-    """Which rooms are made, how they are scanned, and how the scans are taken apart and classified."""
+    """How rooms are furnished and scanned, and how the scans are segmented and classified."""
 
     rooms: int = 12
     conditions: tuple[Condition, ...] = ()
@@ -51,12 +52,12 @@ class RoomTrial:
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
     proposals: tuple[str, ...] = KINDS  # "clusters", "pools", or both
-    cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
+    cut_out: bool = False  # whether to classify objects cut out by the ground truth as well
     lived_in: LivedIn = field(default_factory=LivedIn)
     resolution: Resolution = AS_SEEN
 
     def recognised(self, scan: Scan, model: FunctionModel) -> Room:
-        """Return what is recognised in a scan."""
+        """Return the recognised room of a scan."""
         how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
         return recognise(scan, model, **how)
 
@@ -66,15 +67,13 @@ class ConditionCounts:
     """The counts of one condition, which add up over rooms."""
 
     rooms: int = 0
-    objects: int = 0  # of which the scans show enough
-    hidden: int = 0  # of which they do not
+    objects: int = 0  # objects that the scans show well enough
+    hidden: int = 0  # all other objects
     points: int = 0
     segmentation: MatchCounts = MatchCounts()
     labelled: dict[str, MatchCounts] = field(default_factory=dict)  # by function, from scan to label
     cut_out: dict[str, MatchCounts] = field(default_factory=dict)  # given the true segmentation
-    whole: dict[str, MatchCounts] = field(
-        default_factory=dict
-    )  # the same objects as whole models, by the same classifier
+    whole: dict[str, MatchCounts] = field(default_factory=dict)  # the same objects as whole models
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
     def __add__(self, other: ConditionCounts) -> ConditionCounts:
@@ -102,7 +101,7 @@ class ConditionCounts:
 
 
 def summed(one: Summand, other: Summand) -> Summand:
-    """Return a sum; of two tables, what they hold under each name, added where both have it.
+    """Return a sum; that of two dictionaries has the sums of the values that both have under a key.
 
     Examples
     --------
@@ -121,40 +120,36 @@ class Fold:
     dataset: Dataset
     model: CloudClassifier
     jobs: int = 1
-    of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # what it says of whole models
+    of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # by whole model, its predicted functions
 
     def settle_whole_models(self, items: Iterable[DatasetObject]):
-        """Keep what the model says of the whole models of objects; each is asked for once."""
+        """Classify the whole models of objects that were not classified before, and keep the answers."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
         model = self.model
         radii = tuple(model.chosen_radii())
         drop_config = DropConfig(simulator=model.simulator, radii=radii, seed=model.seed, run_limit=model.run_limit)
         for index, record in simulate_objects(paths, drop_config, jobs=self.jobs):
-            functions = self.model.memberships_of([record.settled])[0]
-            self.of_models[paths[index]] = frozenset(
-                name for name, membership in functions.items() if membership.member
-            )
+            [functions] = model.memberships_of([record.settled])
+            members = [name for name, membership in functions.items() if membership.member]
+            self.of_models[paths[index]] = frozenset(members)
 
 
-def run_trial(
-    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None], jobs: int
-) -> dict[Condition, ConditionCounts]:
+def run_trial(folds: Sequence[Fold], trial: RoomTrial, failed: Failed, jobs: int) -> dict[Condition, ConditionCounts]:
     """Return the counts of each condition, over all rooms of all folds.
 
     Parameters
     ----------
     failed : callable
-        Is given the error of each file that cannot be used; the rest goes on.
+        Is called with the error of each file that cannot be used; all others are used.
     jobs : int
-        Processes that work at once, on a room each; -1: one per core.
+        Number of parallel processes, each with one room; -1: one per core.
     """
     from joblib import Parallel, delayed
 
     rooms = list(furnished_rooms(folds, trial, failed))
     for fold in folds:
-        fold.settle_whole_models(
-            placed.item for room, room_fold in rooms if room_fold is fold for placed in room.objects
-        )
+        own_rooms = [room for room, room_fold in rooms if room_fold is fold]
+        fold.settle_whole_models(placed.item for room in own_rooms for placed in room.objects)
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
     total = dict.fromkeys(trial.conditions, ConditionCounts())
     for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):
@@ -163,7 +158,7 @@ def run_trial(
 
 
 def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, ConditionCounts]:
-    """Return what comes of one room under each condition."""
+    """Return the counts of one room under each condition."""
     counts = {}
     for condition in trial.conditions:
         scan = scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution)
@@ -171,9 +166,7 @@ def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Conditi
     return counts
 
 
-def furnished_rooms(
-    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None]
-) -> Iterator[tuple[VirtualRoom, Fold]]:
+def furnished_rooms(folds: Sequence[Fold], trial: RoomTrial, failed: Failed) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
         for room in furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in):
@@ -181,7 +174,7 @@ def furnished_rooms(
 
 
 def shares(total: int, parts: int) -> list[int]:
-    """Return how many of a total fall to each part.
+    """Return a total divided into parts as equal as possible.
 
     Examples
     --------
@@ -192,7 +185,7 @@ def shares(total: int, parts: int) -> list[int]:
 
 
 def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCounts:
-    """Take a scan apart and return what came of it."""
+    """Return the counts of one scan after segmentation and classification."""
     seen = scan.seen().tolist()
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
@@ -216,7 +209,7 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
 
 
 def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[int, frozenset[str]]:
-    """Return the functions that each seen object is given when the truth cuts it out of the scan."""
+    """Return the predicted functions of each seen object when the ground truth cuts it out of the scan."""
     seen = scan.seen()
     place = np.full(len(scan.room.objects) + 1, -1)  # the last one is that of labels below 0
     place[seen] = np.arange(len(seen))
@@ -233,7 +226,6 @@ def split_in_halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
         by_label.setdefault(item.functions, []).append(item)
     parts: tuple[list, list] = ([], [])
     for label in sorted(by_label, key=sorted):
-        order = rng.permutation(len(by_label[label]))
-        for place, index in enumerate(order):
+        for place, index in enumerate(rng.permutation(len(by_label[label]))):
             parts[place % 2].append(by_label[label][index])
     return tuple(Dataset(f"{dataset.name}-{name}", tuple(part)) for name, part in zip("ab", parts, strict=True))

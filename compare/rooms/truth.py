@@ -1,4 +1,4 @@
-"""What is true of real scans, by boxes or points and how much was seen, and what was recognised in the same terms."""
+"""The ground truth of real scans, by boxes or points and visibility, and recognised objects in the same terms."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ import numpy as np
 from spherefunc_bullet.datasets.dataset import parse_functions
 from spherefunc_bullet.errors import InputError, explaining
 from spherefunc_bullet.formats.sources import read_geometry
-from spherefunc_bullet.scenes.recognition.recognition import Room, SceneObject
+from spherefunc_bullet.scenes.recognition.recognition import Room
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.clusters import Box
 
-SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
-BACK_ONLY = "back-only"  # of a chair only the back shows: counted separately
-HIDDEN = "none"  # outside the view: not asked for
+SEEN = ("full", "part")  # enough of an object's functional surface is in the scan, so it has to be found
+BACK_ONLY = "back-only"  # only the back of a chair is visible: counted separately
+HIDDEN = "none"  # outside the view: not counted
 VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
-DISPUTED = "cup"  # the function that people dispute of bowls, open pots and what may be a cup
-SUPPORT, SUPPORTS = "support", "table"  # what a surface is labelled that serves as ground, and what it is if claimed
-UNCLEAR = frozenset({"cup", "sittable", "table"})  # of an object that its row calls unclear, all count neither way
-_STEPS = 24  # per axis, of the places at which two boxes are compared
+DISPUTED = "cup"  # the function that people dispute for bowls, open pots and possible cups
+SUPPORT, SUPPORTS = "support", "table"  # the label of a surface that serves as ground, and its disputed function
+UNCLEAR = frozenset({"cup", "sittable", "table"})  # the disputed functions of an object that its row calls unclear
+_STEPS = 24  # grid points per axis, at which two boxes are compared
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrueObject:
-    """An object that someone labelled: by a box in the scan's frame, or by its points."""
+    """An object of the ground truth, given by a box in the scan's frame, or by its points."""
 
     name: str
-    functions: frozenset[str]  # that it has by its label
+    functions: frozenset[str]  # of its label
     disputed: frozenset[str] = frozenset()  # functions that people would dispute: a claim counts neither way
     visible: str = "full"  # one of VISIBLE
     box: Box | None = None
@@ -39,7 +39,7 @@ class TrueObject:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecognisedObject:
-    """An object that was recognised, in the same terms."""
+    """A recognised object, in the same terms."""
 
     functions: frozenset[str]
     box: Box
@@ -47,12 +47,12 @@ class RecognisedObject:
 
 
 def true_objects(scan_file: Path) -> list[TrueObject] | None:
-    """Return the objects of ``NAME_boxes.csv`` or ``NAME_instances.csv`` beside a scan NAME.ply; None without either.
+    """Return the objects of ``NAME_boxes.csv`` or ``NAME_instances.csv`` next to a scan NAME.ply; None without either.
 
     Raises
     ------
     InputError
-        If such a table lacks a column or holds what is none of its values.
+        If such a table lacks a column or holds an invalid value.
     """
     boxes, instances = (scan_file.with_name(f"{scan_file.stem}_{kind}.csv") for kind in ("boxes", "instances"))
     if instances.exists():
@@ -68,7 +68,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def value_of(row: dict[str, str], column: str, path: Path) -> str:
-    """Return what a row has in a column that its table must have."""
+    """Return the value of a row in a column that its table must have."""
     value = row.get(column)
     if value is None:
         raise InputError(f"{path.name}: expected a column {column}, found {', '.join(filter(None, row))}")
@@ -76,31 +76,17 @@ def value_of(row: dict[str, str], column: str, path: Path) -> str:
 
 
 def number_of(row: dict[str, str], column: str, path: Path) -> float:
-    """Return the number that a row has in a column."""
+    """Return the number of a row in a column."""
     text = value_of(row, column, path)
     with explaining(f"{path.name}: expected a number in column {column}, got {text!r}", ValueError):
         return float(text)
 
 
-def functions_of(row: dict[str, str], path: Path) -> frozenset[str]:
-    """Return the functions that a row names."""
-    label = value_of(row, "function_label", path)
-    return frozenset() if label == SUPPORT else parse_functions(label.split(" ")[0])
-
-
-def visible_of(row: dict[str, str], path: Path) -> str:
-    """Return how much of a row's object the sensor saw: all, where the table does not say."""
-    visible = row.get("visible") or "full"
-    if visible not in VISIBLE:
-        raise InputError(f"{path.name}: expected visible to be one of {', '.join(VISIBLE)}, got {visible!r}")
-    return visible
-
-
 def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
-    """Return the functions that people would dispute an object to have, or not to have.
+    """Return the functions about which people would disagree.
 
-    A bowl is a drinking vessel to some, whatever its table calls it, and so is what a remark calls ambiguous or leaves
-    out. The surface that serves as ground is a table to some. Of what is unclear nothing is certain.
+    Some take a bowl for a drinking vessel, whatever its table says, as well as objects that a remark calls ambiguous or
+    leaves out. Some take the surface that serves as ground for a table. Of unclear objects all functions are disputed.
     """
     if "unclear" in remark:
         return UNCLEAR
@@ -126,15 +112,18 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
 
 
 def object_without_place(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
-    """Return the object of a row but its place, its name and a remark being in columns of these names."""
-    called = value_of(row, name, path)
-    disputed = disputed_of(called, value_of(row, "function_label", path), row.get(remark) or "")
-    functions, visible = functions_of(row, path) - disputed, visible_of(row, path)
-    return TrueObject(name=called, functions=functions, disputed=disputed, visible=visible)
+    """Return the object of a row without its place; its name and a remark are in columns of these names."""
+    called, label = value_of(row, name, path), value_of(row, "function_label", path)
+    disputed = disputed_of(called, label, row.get(remark) or "")
+    functions = frozenset() if label == SUPPORT else parse_functions(label.split(" ")[0])
+    visible = row.get("visible") or "full"
+    if visible not in VISIBLE:
+        raise InputError(f"{path.name}: expected visible to be one of {', '.join(VISIBLE)}, got {visible!r}")
+    return TrueObject(name=called, functions=functions - disputed, disputed=disputed, visible=visible)
 
 
 def overlap(true: TrueObject, recognised: RecognisedObject) -> float:
-    """Return intersection over union of the points where they are labelled, else of the boxes."""
+    """Return the intersection over union of the points if they are labelled, else of the boxes."""
     if true.points is not None:
         union = np.count_nonzero(true.points | recognised.points)
         return np.count_nonzero(true.points & recognised.points) / union if union else 0.0
@@ -142,7 +131,7 @@ def overlap(true: TrueObject, recognised: RecognisedObject) -> float:
 
 
 def box_overlap(a: Box, b: Box) -> float:
-    """Return the intersection over union of two upright boxes, by a grid of places in the first.
+    """Return the intersection over union of two upright boxes, by a grid of points in the first.
 
     Examples
     --------
@@ -158,32 +147,24 @@ def box_overlap(a: Box, b: Box) -> float:
     return float(shared / (np.prod(a.size) + np.prod(b.size) - shared))
 
 
-_LEVEL = np.cos(np.radians(10.0))  # a scan turned by more has its truth in tilted boxes: axis-aligned in its own frame
+_LEVEL = np.cos(np.radians(10.0))  # the truth of a scan that is tilted more has boxes along the axes of its own frame
 
 
 def recognised_in(scan: Scan, room: Room) -> list[RecognisedObject]:
-    """Return the objects that the spheres found."""
-    return [as_recognised(item, scan, room) for item in room.objects]
+    """Return the recognised objects with their points of the scan; the box of these points if the scan is tilted."""
+    recognised = []
+    for item in room.objects:
+        inside = room.labels == item.id
+        tilted = room.levelling.up[2] < _LEVEL and inside.any()
+        box = aligned_box(scan.points[inside]) if tilted else room.box_in_scan(item.box)
+        recognised.append(RecognisedObject(functions=item.members, box=box, points=inside))
+    return recognised
 
 
 def inferred_in(scan: Scan, room: Room) -> list[RecognisedObject]:
-    """Return the objects that nobody saw, of which there are boxes alone."""
-    none = np.zeros(len(scan), bool)
-    return [
-        RecognisedObject(functions=frozenset({item.function}), box=room.box_in_scan(item.box), points=none)
-        for item in room.inferred
-    ]
-
-
-def as_recognised(item: SceneObject, scan: Scan, room: Room) -> RecognisedObject:
-    """Return one object with its points of the scan; where the scan is tilted, with their box."""
-    inside = room.labels == item.id
-    tilted = room.levelling.up[2] < _LEVEL and inside.any()
-    return RecognisedObject(
-        functions=item.members,
-        box=aligned_box(scan.points[inside]) if tilted else room.box_in_scan(item.box),
-        points=inside,
-    )
+    """Return the objects that were inferred and not seen, with boxes alone."""
+    none, pairs = np.zeros(len(scan), bool), [(frozenset({item.function}), item.box) for item in room.inferred]
+    return [RecognisedObject(functions=name, box=room.box_in_scan(box), points=none) for name, box in pairs]
 
 
 def aligned_box(points: np.ndarray) -> Box:
