@@ -1,4 +1,4 @@
-"""What is taken for what, after few and after many training examples (paper, Fig. 4)."""
+"""Confusion after few and many training examples (paper, Fig. 4), and the learning curve (Fig. 3a)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def confusion_matrices(data: EvaluatedData) -> Plate:
 
 
 def abreast(data: EvaluatedData) -> int:
-    """Return how many matrices stand in a row."""
+    """Return the number of matrices in a row."""
     return min(len(data.protocol.train_sizes), ABREAST if len(data.labels.functions) < FEW else 2)
 
 
@@ -45,7 +45,7 @@ def matrices_size(data: EvaluatedData) -> tuple[float, float]:
 
 
 def shares(confusion: Confusion) -> np.ndarray:
-    """Return of each label's objects the share (F + 1, F + 1) that was said to have each function."""
+    """Return the share (F + 1, F + 1) of each label's objects that were predicted to have each function."""
     return confusion.counts / np.maximum(confusion.objects, 1)[:, None]
 
 
@@ -63,16 +63,14 @@ def confusion_rows(data: EvaluatedData) -> list[dict]:
 
 
 def draw_matrices(figure: Figure, data: EvaluatedData):
-    """Draw the matrices beside each other, with one key."""
-    sizes = data.protocol.train_sizes
-    across = abreast(data)
+    """Draw the matrices next to each other, with one key."""
+    sizes, across = data.protocol.train_sizes, abreast(data)
     grid = figure.subplots(-(-len(sizes) // across), across, squeeze=False)
-    for index, axes in enumerate(grid.flat):
-        if index >= len(sizes):
-            axes.set_axis_off()
-            continue
-        image = draw_matrix(axes, count_confusion(data.labels, *data.evaluation.trials[sizes[index]]))
-        axes.set_title(f"({chr(97 + index)}) {sizes[index]} training examples", fontweight="bold", loc="left")
+    for axes in grid.flat[len(sizes) :]:
+        axes.set_axis_off()
+    for index, (axes, size) in enumerate(zip(grid.flat, sizes, strict=False)):
+        image = draw_matrix(axes, count_confusion(data.labels, *data.evaluation.trials[size]))
+        axes.set_title(f"({chr(97 + index)}) {size} training examples", fontweight="bold", loc="left")
         axes.set_xlabel("said to be")
         if index % across == 0:
             axes.set_ylabel("labelled")
@@ -87,7 +85,6 @@ def draw_matrix(axes: Axes, confusion: Confusion):
     image = axes.imshow(percent, cmap="cividis", vmin=0, vmax=100)
     size = 7.5 if len(percent) < 6 else 5
     for (y, x), value in np.ndenumerate(percent):
-        # An empty row is no share of anything.
         words = f"{value:.0f}" if confusion.objects[y] else "–"
         axes.text(x, y, words, ha="center", va="center", fontsize=size, color=INK if value > 50 else "white")
     turned = 0 if len(percent) <= 3 else 35
@@ -99,7 +96,7 @@ def draw_matrix(axes: Axes, confusion: Confusion):
     return image
 
 
-DODGE = 0.006  # of the axis: functions stand beside each other, so that their spreads do not hide one another
+DODGE = 0.006  # of the axis: between the marks of functions, so that their spreads do not hide one another
 
 
 def learning_curve(data: EvaluatedData) -> Plate:
@@ -127,33 +124,25 @@ def curve_rows(data: EvaluatedData) -> list[dict]:
 
 
 def draw_curve(figure: Figure, data: EvaluatedData):
-    """Draw the curves, one a function."""
-    axes = figure.add_subplot()
-    rows = curve_rows(data)
-    count = len(data.labels.functions)
+    """Draw the curves of all functions."""
+    axes, rows = figure.add_subplot(), curve_rows(data)
     for index, name in enumerate(data.labels.functions):
         curve = [row for row in rows if row["function"] == name]
-        shift = (index - (count - 1) / 2) * DODGE * data.half
-        axes.errorbar(
-            [row["train_size"] + shift for row in curve],
-            [row["f_measure"] for row in curve],
-            np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in curve]),
-            **look(index),
-            label=name,
-            markersize=3.5,
-            capsize=1.5,
-            elinewidth=0.7,
-        )
+        shift = (index - (len(data.labels.functions) - 1) / 2) * DODGE * data.half
+        sizes, values = [row["train_size"] + shift for row in curve], [row["f_measure"] for row in curve]
+        spreads = np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in curve])
+        style = look(index) | {"markersize": 3.5, "capsize": 1.5, "elinewidth": 0.7}
+        axes.errorbar(sizes, values, spreads, **style, label=name)
     axes.set(xlabel="training examples (all functions and none)", ylabel="F-measure", ylim=(0, 1.02))
     axes.set_xlim(0, data.half * 1.04)
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
     axes.locator_params(axis="x", integer=True)
-    # Above the curves: below them there is no place that is free on all data.
+    # Above the curves, since no place below them is free for all data.
     figure.legend(loc="outside upper center", ncols=key_columns(data), handlelength=3.2, columnspacing=1.2)
 
 
 def key_columns(data: EvaluatedData) -> int:
-    """Return in how many columns the functions' names fit."""
+    """Return the number of columns in which the functions' names fit."""
     longest = max(map(len, data.labels.functions))
     return 3 if longest <= 10 else 2 if longest <= 20 else 1

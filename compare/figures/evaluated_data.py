@@ -14,12 +14,12 @@ from ..evaluation.protocol import Labels, Protocol, labels_of, require_enough
 from ..evaluation.readings import spheres_read
 
 LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
-APART = 0.9  # of the last rung: one nearer to it would only crowd the figure
+APART = 0.9  # of the last size: one nearer to it would only crowd the figure
 
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluatedData:
-    """A data set's objects, and what was said of them when they were not learnt."""
+    """A data set's objects with their evaluation."""
 
     simulated: Simulated
     drop_config: DropConfig
@@ -45,7 +45,7 @@ class EvaluatedData:
         return self.evaluation.halves[0]
 
     def cloud(self, index: int) -> Cloud:
-        """Return an object's cloud, as it was when the spheres fell."""
+        """Return an object's cloud, on which the spheres were dropped."""
         return self.drop_config.cloud(self.simulated.objects[index].path)
 
 

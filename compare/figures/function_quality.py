@@ -1,4 +1,4 @@
-"""Each function's chosen radius, F-measure and accuracy, beside the published ones (paper, Fig. 3b)."""
+"""Each function's chosen radius, F-measure and accuracy, next to the published ones (paper, Fig. 3b)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAPER_MARK = {"marker": "D", "color": INK, "markerfacecolor": "none"}
 
 
 def function_quality(data: EvaluatedData) -> Plate:
-    """Return Fig. 3b: quality at the largest training size, and which radius the trials chose."""
+    """Return Fig. 3b: quality at the largest training size, and the radii that the trials chose."""
     published = " Diamonds: F-measures that Hinkle and Olson (2013) report on their own 200 models, not on these."
     return Plate(
         stem="fig3b_functions",
@@ -33,7 +33,7 @@ def function_quality(data: EvaluatedData) -> Plate:
 
 
 def quality_rows(data: EvaluatedData) -> list[dict]:
-    """Return one row a function, with the paper's F-measure where it has that function."""
+    """Return one row for each function, with the paper's F-measure if it has that function."""
     rows = []
     for column, (name, row) in enumerate(data.evaluation.quality(data.half).items()):
         counts = radius_counts(data.evaluation.trials[data.half], column)
@@ -44,7 +44,7 @@ def quality_rows(data: EvaluatedData) -> list[dict]:
 
 
 def draw_quality(figure: Figure, data: EvaluatedData):
-    """Draw the qualities, the same in numbers, and the choices of radius."""
+    """Draw the quality of each function, the same in numbers, and the choices of radius."""
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.5, 1.1, 1.1), sharey=True)
     rows = quality_rows(data)
     known = bool(PAPER.keys() & set(data.labels.functions))
@@ -53,8 +53,13 @@ def draw_quality(figure: Figure, data: EvaluatedData):
     draw_radii(right, data, rows)
     left.set_yticks(range(len(rows)), [wrapped(row["function"]) for row in rows])
     left.set_ylim(len(rows) - 0.5, -0.5)
-    entries = legend_entries()[: 3 if known else 2]
-    figure.legend(handles=entries, loc="outside upper center", ncols=3, columnspacing=1.2)
+    grey = {"color": GREY, "linestyle": "none", "markersize": 5}  # the colours are the functions', which the axis names
+    entries = [
+        Line2D([], [], marker="o", label="F-measure", **grey),
+        Line2D([], [], marker="s", markerfacecolor="white", label="accuracy", **grey),
+        Line2D([], [], linestyle="none", label="F-measure in the paper", markersize=5, **PAPER_MARK),
+    ]
+    figure.legend(handles=entries[: 3 if known else 2], loc="outside upper center", ncols=3, columnspacing=1.2)
 
 
 def draw_measures(axes: Axes, rows: list[dict]):
@@ -74,16 +79,15 @@ def draw_measures(axes: Axes, rows: list[dict]):
 
 
 def draw_numbers(axes: Axes, rows: list[dict], known: bool):
-    """Write the numbers beside the markers; the paper's only where it has some of the functions."""
+    """Write the numbers next to the markers; the paper's only if it has some of the functions."""
     columns = {
         "radius": [format_length(row["radius"]) for row in rows],
         "F": [number(row["f_measure"], row["f_measure_std"]) for row in rows],
         "accuracy": [number(row["accuracy"]) for row in rows],
-        "paper's F": [number(row["paper_f_measure"]) for row in rows],
     }
-    for place, (name, words) in zip((0.08, 0.36, 0.65, 0.91), columns.items(), strict=True):
-        if name == "paper's F" and not known:
-            continue
+    if known:
+        columns["paper's F"] = [number(row["paper_f_measure"]) for row in rows]
+    for place, (name, words) in zip((0.08, 0.36, 0.65, 0.91), columns.items(), strict=False):
         # In points above the panel, whatever its height.
         offset = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center"}
         axes.annotate(name, (place, 1), xycoords="axes fraction", **offset, fontsize=6.5, color=GREY)
@@ -94,24 +98,14 @@ def draw_numbers(axes: Axes, rows: list[dict], known: bool):
 
 
 def number(value: float | None, spread: float | None = None) -> str:
-    """Return a number with its spread as people read it, a dash where there is none."""
+    """Return a number with its spread; a dash if there is none."""
     if value is None:
         return "–"
     return f"{value:.2f}" if spread is None else f"{value:.2f} ± {spread:.2f}"
 
 
-def legend_entries() -> list:
-    """Return each kind of marker, in grey: the colours are the functions', which the axis names."""
-    grey = {"color": GREY, "linestyle": "none", "markersize": 5}
-    return [
-        Line2D([], [], marker="o", label="F-measure", **grey),
-        Line2D([], [], marker="s", markerfacecolor="white", label="accuracy", **grey),
-        Line2D([], [], linestyle="none", label="F-measure in the paper", markersize=5, **PAPER_MARK),
-    ]
-
-
 def draw_radii(axes: Axes, data: EvaluatedData, rows: list[dict]):
-    """Draw how many trials chose each radius, as numbers on a map; bold the radius that the table names."""
+    """Draw the number of trials that chose each radius on a heat map; the table's radius in bold."""
     trials = data.protocol.trials
     chosen = [radius_counts(data.evaluation.trials[data.half], column) for column in range(len(rows))]
     counts = [[by_radius[radius] for radius in data.radii] for by_radius in chosen]

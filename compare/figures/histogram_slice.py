@@ -16,7 +16,7 @@ from ..pages.plates import COLOURS, DOUBLE, GREY, INK, Plate
 from .evaluated_data import EvaluatedData
 from .typical_objects import exhibits, picture_radius
 
-CUBES_ACROSS = 6  # of the object's largest extent, about: enough to see a shape, few enough to read
+CUBES_ACROSS = 6  # cubes along the object's largest extent, about: enough to see a shape, few enough to read
 PANEL, HIGHEST, TITLES = 2.1, 2.2, 0.65  # inches: a panel's width and largest height, and what stands around it
 
 
@@ -25,7 +25,7 @@ class Slice:
     """The middle layer of an object's cubes, seen from the side."""
 
     index: int  # in the data
-    axis: int  # 0 or 1: what runs to the right, x or y
+    axis: int  # the axis to the right: 0 for x, 1 for y
     radius: float  # metres
     side: float  # of a cube, metres
     centers: np.ndarray  # (S, 2) of the spheres in the layer, metres
@@ -34,7 +34,7 @@ class Slice:
 
 
 def histogram_slice(data: EvaluatedData) -> Plate:
-    """Return Fig. 2: spheres at rest, the cubes around them, and how many each cube holds."""
+    """Return Fig. 2: spheres at rest, the cubes around them, and the number of spheres in each cube."""
     cut = most_telling_slice(data)
     points = data.cloud(cut.index).points
     across, up = np.ptp(frame(cut, points[:, [cut.axis, 2]]), axis=0)
@@ -57,14 +57,14 @@ def histogram_slice(data: EvaluatedData) -> Plate:
 
 
 def most_telling_slice(data: EvaluatedData) -> Slice:
-    """Return the slice that shows most, of typical members seen from the front and from the side."""
+    """Return the most informative slice of typical members, seen from the front and from the side."""
     shown = [exhibit.index for exhibit in exhibits(data) if exhibit.score is not None]
     slices = [cut_slice(data, index, axis) for index in shown for axis in (0, 1)]
     return max(slices, key=variety)
 
 
 def variety(cut: Slice) -> tuple[bool, int]:
-    """Return how much a slice shows: spheres at several heights, and both full and empty cubes, many of each."""
+    """Return how informative a slice is: spheres at several heights, and many full and empty cubes."""
     if not len(cut.cubes):
         return False, -1
     columns, rows = np.ptp(cut.cubes[:, 0]) + 1, cut.cubes[:, 1].max() + 1
@@ -115,7 +115,7 @@ def draw_slice(figure: Figure, points: np.ndarray, cut: Slice):
 
 
 def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest corner (2,) of the cubes around all that is seen, metres."""
+    """Return the lowest and highest corner (2,) of the cubes around all points and spheres, metres."""
     seen = np.concatenate([points, cut.centers - cut.radius, cut.centers + cut.radius, [[0.0, 0.0]]])
     half = np.array([0.5, 0.0])
     low = (np.floor(seen.min(axis=0) / cut.side + half) - half) * cut.side
@@ -124,14 +124,11 @@ def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_spheres(axes: Axes, cut: Slice, filled: bool):
-    """Draw the spheres as circles in their true size, with their centres where they are to be counted."""
-    face = COLOURS[5] if filled else "none"
-    size = 2 * cut.radius
-    circles = EllipseCollection(
-        size, size, 0, units="xy", offsets=cut.centers, offset_transform=axes.transData,
-        facecolors=face, edgecolors=COLOURS[0], linewidths=0.4, alpha=0.6 if filled else 0.35, zorder=2,
-    )  # fmt: skip
-    axes.add_collection(circles)
+    """Draw the spheres as circles in their true size, filled or with their centres."""
+    style = {"facecolors": COLOURS[5], "alpha": 0.6} if filled else {"facecolors": "none", "alpha": 0.35}
+    style |= {"edgecolors": COLOURS[0], "linewidths": 0.4, "zorder": 2}
+    diameter, at = 2 * cut.radius, {"offsets": cut.centers, "offset_transform": axes.transData}
+    axes.add_collection(EllipseCollection(diameter, diameter, 0, units="xy", **at, **style))
     if not filled:
         axes.plot(*cut.centers.T, ".", color=COLOURS[0], markersize=2.2, markeredgewidth=0, zorder=3)
 
@@ -144,7 +141,7 @@ def draw_grid(axes: Axes, cut: Slice, low: np.ndarray, high: np.ndarray):
 
 
 def draw_counts(axes: Axes, cut: Slice):
-    """Fill the cubes by how many spheres they hold, and write the number."""
+    """Fill the cubes with the colour of their number of spheres, and write the number."""
     import matplotlib
 
     ramp, most = matplotlib.colormaps["cividis"], cut.counts.max()

@@ -1,8 +1,9 @@
-"""Does it still work? One picture of which impaired copies are still called by their function, and by what."""
+"""Does it still work? A picture of the impaired copies that are still classified by their function, by each feature."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,15 +33,15 @@ if TYPE_CHECKING:
 
 
 ENDINGS = (".png", ".svg")
-COLUMNS = {  # feature set -> what the picture calls it, and what that means
+COLUMNS = {  # feature set -> its name in the picture, and what that means
     "spheres": ("spheres", "where spheres that fall on the object come to rest"),
     "points": ("points", "the object's own points, read the same way"),
     "occupancy_sqrt": ("occupancy", "the cubes of space that it fills"),
     "rules": ("rules", "height, area, flatness"),
     "examiner": ("examiner", "a person of boxes, or a ball, tries it"),
 }
-NOT_DRAWN = ("bounding_box", "occupancy", "height_map", "always_no")  # no better than those that are
-KINDS = {  # function and kind, or kind -> what is drawn beside its row
+NOT_DRAWN = ("bounding_box", "occupancy", "height_map", "always_no")  # no better than the drawn ones
+KINDS = {  # function and kind, or kind -> the label of its row
     "hole": "hole in the bottom",
     "slit": "slit in the wall",
     "lid": "lid on top",
@@ -67,7 +68,7 @@ KINDS = {  # function and kind, or kind -> what is drawn beside its row
 TITLES = {False: "useless: should be 0 %", True: "still works: should be 100 %"}
 MEAN = "mean of those below"
 WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone can distinguish (Okabe and Ito)
-DOTS = 200  # an inch, of a PNG
+DPI = 200  # of a PNG
 ROW, COLUMN, LABELS, GAP = 0.21, 0.46, 1.4, 0.25  # inches: a row, a column, the kinds' names, between panels
 ABOVE, BELOW = 1.85, 0.85  # inches: the headline and the columns' names, the key
 NARROWEST = 9.2  # inches, which the headline needs
@@ -75,10 +76,10 @@ SPACE = 0.5  # rows between useless and harmless
 
 
 def draw_impaired(shares: Shares, path: Path) -> Path:
-    """Draw the shares of impaired copies that are still called by their function, and return the file's path.
+    """Draw the shares of impaired copies that are still classified by their function, and return the file's path.
 
-    A panel for each function, useless kinds above, harmless ones below; a column for each way to tell. The colour says
-    how right it is: blue where useless copies are seen through or harmless ones still known, orange where not.
+    There is a panel for each function, with useless kinds above harmless ones, and a column for each feature. Blue
+    cells are right: useless copies that are rejected, harmless ones that are still recognised. Orange cells are wrong.
 
     Parameters
     ----------
@@ -90,17 +91,12 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     InputError
         If the file has another ending, or cannot be written.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    require_ending(path)
     columns, tops = columns_of(shares), block_tops(shares)
     blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
     rows = tops[True] + max(len(groups[True]) for groups in blocks.values())
     panel = LABELS + len(columns) * COLUMN + GAP
     wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
-    with matplotlib.rc_context(STYLE), writing(path):
-        figure = Figure(figsize=(wide, high), dpi=DOTS)
+    with figure_file(path, (wide, high)) as figure:
         for place, (function, groups) in enumerate(blocks.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
             axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
@@ -108,33 +104,40 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
             for works, block in groups.items():
                 draw_block(axes, function, block, columns, tops[works], works)
         draw_words(figure, headline(shares, columns), columns)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DOTS, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
     return path
 
 
+@contextmanager
+def figure_file(path: Path, size: tuple[float, float], layout: str | None = None) -> Iterator[Figure]:
+    """Yield a figure of a size in inches, and write it as .png or .svg at the end."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    require_ending(path)
+    with matplotlib.rc_context(STYLE), writing(path):
+        yield (figure := Figure(figsize=size, dpi=DPI, layout=layout))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+
+
 def require_ending(path: Path):
-    """Raise InputError if a picture cannot be drawn in a file of such a name."""
+    """Raise InputError if a file's name has no ending of a picture that can be drawn."""
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"--picture {path}: expected a file that ends in {' or '.join(ENDINGS)}")
 
 
 def columns_of(shares: Shares) -> dict[str, str]:
-    """Return which feature sets are drawn, and what they are called: simulators by name, and those of `COLUMNS`."""
-    there = next(iter(next(iter(shares.values())).values()))["share"]
-    simulators = [
-        name
-        for name in there
-        if name not in {*COLUMNS, *NOT_DRAWN} and not name.endswith((HELD, COPIES_LEARNT, UNSEEN_KIND))
-    ]
-    others = {name: words for name, (words, _) in COLUMNS.items() if name in there}
-    return dict(zip(simulators, simulators, strict=True)) | others
+    """Return the names in the picture of the feature sets that are drawn: simulators, and those of `COLUMNS`."""
+    names = list(next(iter(next(iter(shares.values())).values()))["share"])
+    plain = [name for name in names if not name.endswith((HELD, COPIES_LEARNT, UNSEEN_KIND))]
+    simulators = {name: name for name in plain if name not in {*COLUMNS, *NOT_DRAWN}}
+    return simulators | {name: words for name, (words, _) in COLUMNS.items() if name in names}
 
 
 def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dict[bool, dict[str, KindShare]]:
     """Return the useless kinds and the harmless ones of a function, by whether they work.
 
-    The means come before what they are of; what is unchanged, before these.
+    Unchanged objects come first, then the mean, then the kinds.
     """
     means, blocks = dict(mean_rows(kinds, list(columns))), {}
     for works, name in ((False, USELESS), (True, HARMLESS)):
@@ -145,14 +148,14 @@ def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dic
 
 
 def block_tops(shares: Shares) -> dict[bool, float]:
-    """Return at which row the useless and the harmless kinds begin, the same in all panels, below a title."""
+    """Return the rows at which the useless and the harmless kinds begin, the same in all panels, below a title."""
     columns = columns_of(shares)
     most = max(len(blocks_of(kinds, columns)[False]) for kinds in shares.values())
     return {False: 1.0, True: 2.0 + most + SPACE}
 
 
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
-    """Return what comes of it in two sentences, each a mean over functions."""
+    """Return the results in two sentences, as means over functions."""
     sentences, means = [], mean_shares(shares, list(columns))
     for name, words in ((USELESS, "useless copies"), (HARMLESS, "harmless copies")):
         if not np.isnan(list(means[name].values())).all():
@@ -167,7 +170,7 @@ def per_cent(share: float) -> str:
 
 
 def kind_words(function: str, kind: str) -> str:
-    """Return what a kind of change is called beside its row."""
+    """Return the label of a kind's row."""
     return KINDS.get(f"{function} {kind}", KINDS.get(kind, kind.replace("_", " ")))
 
 
@@ -209,7 +212,7 @@ def colours() -> LinearSegmentedColormap:
 
 
 def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, str]):
-    """Write the headline above the panels, and what the colours mean below them."""
+    """Write the headline above the panels, and the meaning of the colours below them."""
     wide, high = figure.get_size_inches()
     figure.text(GAP / wide, 1 - 0.3 / high, "Does it still work?", fontsize=17, fontweight="bold", va="center")
     for line, sentence in enumerate(sentences):
@@ -225,31 +228,26 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
 
 
 WIDE, HIGH, ACROSS = 2.1, 1.9, 5  # inches of a panel, and panels in a row
-LINES = {  # share -> what it is called, and its colour (Okabe and Ito)
+LINES = {  # share -> its name, and its colour (Okabe and Ito)
     "told": ("classified by its function", "#0072B2"),
     "unsure": ("unsure", "#999999"),
     "wrong_and_sure": ("wrong and sure", "#D55E00"),
 }
-BASELINE = "points"  # that is drawn thin beside the spheres
+BASELINE = "points"  # drawn as thin lines
 KEY = "share of objects by severity, 0 clean to 5; thick: spheres, thin: the same quantities of their own points"
 
 
 def draw_corruptions(rates: Corruptions, path: Path) -> Path:
-    """Draw the rates under each corruption against its severity, thin those of the objects' own points.
+    """Draw the rates under each corruption against its severity, with thin lines for the objects' own points.
 
     Raises
     ------
     InputError
-        If the file ends in something else than .png or .svg, or cannot be written.
+        If the file has another ending than .png or .svg, or cannot be written.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    require_ending(path)
     kinds = [kind for kind in rates if kind != CLEAN]
     rows = -(-len(kinds) // ACROSS)
-    with matplotlib.rc_context(STYLE), writing(path):
-        figure = Figure(figsize=(WIDE * ACROSS, HIGH * rows + 0.5), dpi=DOTS, layout="constrained")
+    with figure_file(path, (WIDE * ACROSS, HIGH * rows + 0.5), layout="constrained") as figure:
         panels = figure.subplots(rows, ACROSS, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, kind in zip(panels, kinds, strict=False):
             draw_kind(axes, kind, rates[CLEAN] | rates[kind])
@@ -258,24 +256,18 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
         handles, labels = panels[0].get_legend_handles_labels()
         key = {"title": KEY, "title_fontsize": 8, "loc": "outside lower center", "ncols": len(LINES)}
         figure.legend(handles, labels, frameon=False, **key)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DOTS, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
     return path
 
 
 def draw_kind(axes: Axes, kind: str, rows: Mapping[str, Rates]):
     """Draw one corruption, from clean objects on."""
-    severities = sorted(rows, key=int)
+    severities = sorted(map(int, rows))
+    in_order = [rows[str(severity)] for severity in severities]
     for name, (label, colour) in LINES.items():
-        axes.plot(
-            [int(severity) for severity in severities],
-            [rows[severity][name] for severity in severities],
-            color=colour,
-            label=label,
-        )
-        beside = [rows[severity].get("baselines", {}).get(BASELINE, {}).get(name) for severity in severities]
+        axes.plot(severities, [row[name] for row in in_order], color=colour, label=label)
+        beside = [row.get("baselines", {}).get(BASELINE, {}).get(name) for row in in_order]
         if None not in beside:
-            axes.plot([int(severity) for severity in severities], beside, color=colour, linewidth=0.7, alpha=0.6)
+            axes.plot(severities, beside, color=colour, linewidth=0.7, alpha=0.6)
     axes.set_title(kind.replace("_", " "), fontsize=9, color=INK)
     axes.set(ylim=(0, 1.02), xticks=range(6))
     axes.tick_params(colors=GREY, labelsize=7)

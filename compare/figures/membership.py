@@ -1,4 +1,4 @@
-"""What is said of every object when all others are learnt, grouped by label (paper, Fig. 5)."""
+"""The scores of every object when all others are learnt, grouped by label (paper, Fig. 5)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from spherefunc_bullet.learning.validation import THRESHOLD
 from ..pages.plates import DOUBLE, GREY, INK, PALE, Plate, look
 from .evaluated_data import EvaluatedData
 
-PAGE = 8.5  # inches, that all panels may take
+PAGE = 8.5  # inches: the largest height of all panels together
 CROWD = 100  # objects: fewer get larger marks
-GAP = 0.02  # of all objects, between groups
-NARROW = 0.07  # of the axis: a group whose name would run into the next one's
+GAP = 0.02  # between groups, as a share of all objects
+NARROW = 0.07  # of the axis: the names of narrower groups would overlap
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Group:
     """Objects with one label, side by side."""
 
     label: str
-    objects: np.ndarray  # (G,) int, which ones, highest score first
-    places: np.ndarray  # (G,) float, where on the axis
+    objects: np.ndarray  # (G,) int, rows of the data, highest score first
+    places: np.ndarray  # (G,) float, places on the axis
 
 
 def membership(data: EvaluatedData) -> Plate:
@@ -60,7 +60,7 @@ def membership_rows(data: EvaluatedData) -> list[dict[str, Any]]:
 
 
 def groups_of(data: EvaluatedData) -> list[Group]:
-    """Return the groups of labels as they stand on the axis: single functions, several, none."""
+    """Return the groups in the order of the axis: those with one function, with several, with none."""
     sets, scores = [item.functions for item in data.simulated.objects], data.evaluation.scores
     order = sorted(set(sets), key=lambda functions: (not functions, len(functions), label_text(functions, "; ")))
     groups, at = [], 0.0
@@ -104,7 +104,7 @@ def draw_panel(axes: Axes, data: EvaluatedData, groups: list[Group], column: int
 def marked(
     members: np.ndarray, also: np.ndarray, predicted: np.ndarray, style: dict[str, Any]
 ) -> list[tuple[np.ndarray, dict[str, Any]]]:
-    """Return which objects (G,) get which marks: right or wrong shows without colour."""
+    """Return the masks (G,) of objects with their marks, which distinguish right and wrong without colour."""
     size = style["markersize"]
     marker = {"marker": style["marker"], "color": style["color"], "markersize": size, "markeredgewidth": 0.7}
     wrong = {"color": INK, "markeredgewidth": 0.9}
@@ -118,16 +118,15 @@ def marked(
 
 
 def key_entries() -> list:
-    """Return what the marks mean, in grey: their shape and colour are each panel's own."""
-    style = {"marker": "o", "color": GREY, "markersize": 4}
+    """Return the legend's entries, in grey, since each panel has its own shape and colour."""
     words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
-    every = marked(*np.zeros((3, 1), bool), style)
+    every = marked(*np.zeros((3, 1), bool), {"marker": "o", "color": GREY, "markersize": 4})
     pairs = zip(every, words, strict=True)
     return [Line2D([], [], linestyle="none", label=label, **marks) for (_, marks), label in pairs]
 
 
 def name_groups(axes: Axes, groups: list[Group], end: float):
-    """Write the labels below their groups, slanted where they would run into each other."""
+    """Write the labels below their groups, slanted if they would overlap."""
     middles = [group.places.mean() for group in groups]
     narrow = bool(np.min(np.diff(middles), initial=np.inf) < NARROW * 1.5 * end)
     slant = {"rotation": 25, "ha": "right", "rotation_mode": "anchor"} if narrow else {}

@@ -27,8 +27,8 @@ from spherefunc_bullet.viewer.pictures import (
 from ..pages.plates import DOUBLE, GREY, Plate
 from .evaluated_data import EvaluatedData
 
-KINDS = 2  # of each function: the categories with most objects, such as chairs and sofas
-MANY = 4  # functions: of more, one kind each
+KINDS = 2  # categories of each function, those with most objects, such as chairs and sofas
+MANY = 4  # functions: if there are more, one category each
 ABREAST = 4  # pictures in a row
 LONGEST = 27  # letters above a picture
 VIEW = CameraView(size=(560, 470))  # somewhat more than 300 dpi
@@ -44,7 +44,7 @@ class TypicalObject:
 
 
 def typical_objects(data: EvaluatedData) -> Plate:
-    """Return Fig. 1: settled spheres on the most typical objects of the user's data."""
+    """Return Fig. 1: settled spheres on the most typical objects of a data set."""
     shown = exhibits(data)
     rows = -(-(len(shown) + 1) // ABREAST)
     return Plate(
@@ -59,7 +59,7 @@ def typical_objects(data: EvaluatedData) -> Plate:
 
 
 def exhibits(data: EvaluatedData) -> list[TypicalObject]:
-    """Return the objects to show: of each function its most typical ones, then an ordinary non-member."""
+    """Return the objects to show: the most typical ones of each function, then an ordinary one without a function."""
     chosen: dict[int, float | None] = {}
     kinds = KINDS if len(data.labels.functions) <= MANY else 1
     for column in range(len(data.labels.functions)):
@@ -68,10 +68,9 @@ def exhibits(data: EvaluatedData) -> list[TypicalObject]:
     outside = ordinary_outsider(data)
     if outside is not None:
         chosen[outside] = None
-    return [
-        TypicalObject(index=index, radius=picture_radius(data, index, SPHERES_ACROSS), score=score)
-        for index, score in chosen.items()
-    ]
+    radii = [picture_radius(data, index, SPHERES_ACROSS) for index in chosen]
+    shown = zip(chosen.items(), radii, strict=True)
+    return [TypicalObject(index=index, radius=radius, score=score) for (index, score), radius in shown]
 
 
 def typical_members(data: EvaluatedData, column: int, kinds: int) -> list[int]:
@@ -80,13 +79,10 @@ def typical_members(data: EvaluatedData, column: int, kinds: int) -> list[int]:
     Members that have no other function come first.
     """
     members = np.flatnonzero(data.labels.members[:, column])
-    categories = [data.simulated.objects[i].category for i in members]
-    functions = data.labels.members[members].sum(axis=1)
+    objects, functions = data.simulated.objects, data.labels.members[members].sum(axis=1)
     best = members[np.lexsort((-data.evaluation.scores[members, column], functions))]
-    return [
-        next(int(i) for i in best if data.simulated.objects[i].category == category)
-        for category, _ in Counter(categories).most_common(kinds)
-    ]
+    categories = Counter(objects[i].category for i in members).most_common(kinds)
+    return [next(int(i) for i in best if objects[i].category == category) for category, _ in categories]
 
 
 def ordinary_outsider(data: EvaluatedData) -> int | None:
@@ -99,14 +95,14 @@ def ordinary_outsider(data: EvaluatedData) -> int | None:
 
 
 def picture_radius(data: EvaluatedData, index: int, across: float) -> float:
-    """Return the radius of which about ``across`` make an object's largest extent, of those with settled spheres."""
+    """Return the radius, of those with settled spheres, that fits about ``across`` times in an object's extent."""
     record = data.simulated.records[index]
     filled = [radius for radius in data.radii if len(record.centers(radius))] or data.radii
     return fitting_radius(filled, record.size, across)
 
 
 def exhibit_row(data: EvaluatedData, exhibit: TypicalObject) -> dict[str, Any]:
-    """Return what is shown, in numbers."""
+    """Return the row of a shown object."""
     item = data.simulated.objects[exhibit.index]
     return {
         "file": item.path.name,
@@ -138,14 +134,14 @@ def draw_exhibits(figure: Figure, data: EvaluatedData, shown: list[TypicalObject
 
 
 def title(row: Mapping[str, str]) -> str:
-    """Return an object's label and what it is called: its category, or else its file."""
+    """Return an object's label with its category, or else with its file's name."""
     name = row["category"] if row["category"] not in ("", row["label"]) else row["file"].rsplit(".", 1)[0]
     words = f"{row['label']}: {name.replace('_', ' ')}"
     return words if len(words) <= LONGEST else words[: LONGEST - 1] + "…"
 
 
 def draw_key(axes: Axes, cut: bool):
-    """Draw what the colours mean."""
+    """Draw the meaning of the colours."""
     ramp = LinearSegmentedColormap.from_list("height", HEIGHT_COLOURS)
     axes.set(xlim=(0, 1), ylim=(0, 1))
     axes.imshow(np.linspace(0, 1, 64)[:, None], cmap=ramp, extent=(0.12, 0.22, 0.38, 0.86), origin="lower")
