@@ -1,10 +1,11 @@
-"""What a measurement is made on: processor, system, versions, and the backends that can run."""
+"""The machine of a measurement: processor, system, versions, and the backends that can run."""
 
 from __future__ import annotations
 
 import os
 import platform
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -16,7 +17,7 @@ PACKAGES = ("spherefunc-bullet", "numpy", "scipy", "numba", "scikit-learn", "pyb
 
 
 def machine() -> dict[str, str]:
-    """Return the machine and the versions, for people."""
+    """Return the machine and the versions in words."""
     return {
         "processor": f"{processor()}, {os.cpu_count()} cores",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
@@ -30,7 +31,7 @@ def options_text(options: Mapping[str, object]) -> str:
 
 
 def processor() -> str:
-    """Return the processor's name; on Linux `platform` knows none, the kernel does."""
+    """Return the processor's name, on Linux from the kernel, since `platform` does not know it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -40,24 +41,21 @@ def processor() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the packages that results depend on, those that are installed."""
+    """Return the versions of the installed packages on which results depend."""
     numbers = {}
     for name in PACKAGES:
-        try:
+        with suppress(PackageNotFoundError):  # PyBullet is optional
             numbers[name] = version(name)
-        except PackageNotFoundError:
-            continue  # PyBullet is optional
     return numbers
 
 
 def usable_backends(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the backends that can run here; those that cannot are said."""
+    """Return the backends that can run here, and print why others cannot."""
     usable = []
     for name in names:
         try:
             make_simulator(name)
+            usable.append(name)
         except InputError as error:
             say(f"left out: {error}")
-            continue
-        usable.append(name)
     return tuple(usable)

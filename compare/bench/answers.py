@@ -1,11 +1,11 @@
-"""What answers cost: a process, a label and its steps, questions of mechanics, and the stages of a scan.
+"""The cost of answers: a process, a label and its steps, questions of mechanics, and the stages of a scan.
 
     python -m spherefunc_bullet.compare.bench answers [--backend fast] [--repeats 5]
     python -m spherefunc_bullet.compare.bench labels DATA [--backends fast,bullet] [--count 40]
     python -m spherefunc_bullet.compare.bench mechanics [--repeats 3]
     python -m spherefunc_bullet.compare.bench scene_stages ../shared/data/scenes [--points 300000] [--only NAME]
 
-Processor time where it says so, so that other work on the machine counts little.
+Times are processor times where the tables say so, which depend little on other work of the machine.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -47,33 +47,32 @@ from ..rooms.real_scans import scan_files
 from .harness import Backends, Count, Data, Repeats, of_household, timed
 
 OBJECTS = {"mug": "mug_01", "chair": "shell_chair_01", "sofa": "sofa_02"}
-HANDLED = ("mug_01", "shell_chair_01", "dining_table_02")  # and asked about poses, standing and carrying
+HANDLED = ("mug_01", "shell_chair_01", "dining_table_02")  # objects for poses, standing and carrying
 IMPORT = "import spherefunc_bullet as sf; sf.load_cloud, sf.make_simulator, sf.load_model"
 STEPS = ("reading", "sampling", "simulation", "features", "scores")  # of one label
-SMALL = 1 / 26  # of a mug's largest extent, the radius of which 300 spheres are half of what it holds
+SMALL = 1 / 26  # of a mug's largest extent: the radius at which 300 spheres half fill it
 WANTED = {"poses, 100 drops": "2", "keeping 300 small spheres": "3"}  # seconds at most
-TURNS = 3  # of each scan, of which the fastest counts
+TURNS = 3  # runs on each scan, of which the fastest counts
 
 
 def label_steps(path: Path, model: FunctionClassifier) -> list[float]:
-    """Return the milliseconds of the processor that each of `STEPS` takes, from a file to scores."""
+    """Return the milliseconds of processor time that each of `STEPS` takes, from a file to scores."""
     marks = [process_time()]
-    read_geometry(path)
-    marks.append(process_time())
-    cloud = load_cloud(path)  # reads again, which is taken off
-    marks.append(process_time())
-    settled = settle(cloud, model.simulator, model.chosen_radii(), model.seed, model.run_limit)
-    marks.append(process_time())
-    profiles = model.profiles([settled])
-    marks.append(process_time())
-    model.score_profiles(profiles)
-    marks.append(process_time())
+
+    def done(made: Any) -> Any:
+        marks.append(process_time())
+        return made
+
+    done(read_geometry(path))
+    cloud = done(load_cloud(path))  # reads again, which is subtracted
+    settled = done(settle(cloud, model.simulator, model.chosen_radii(), model.seed, model.run_limit))
+    done(model.score_profiles(done(model.profiles([settled]))))
     reading, loading, *others = (1000 * np.diff(marks)).tolist()
     return [reading, max(loading - reading, 0.0), *others]
 
 
 def processor_seconds(command: Sequence[str], cache: Path) -> float:
-    """Return the processor time of a command, its children's included, with a cache folder of its own."""
+    """Return the processor time of a command with its children, with a separate cache folder."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     environment = os.environ | {"SPHEREFUNC_CACHE": str(cache)}
     subprocess.run(command, env=environment, check=True, capture_output=True)
@@ -85,7 +84,7 @@ def print_answers(
     backend: Annotated[str, typer.Option(help="Simulator whose model of the package is used.")] = "fast",
     repeats: Repeats = 5,
 ):
-    """Print the processor time of an import and of `classify` in a new process, and of each step of a label."""
+    """Print the processor time of an import and of `classify` in a new process, and of each step of one answer."""
     paths = {title: of_household(name) for title, name in OBJECTS.items()}
     with TemporaryDirectory() as folder:
         classify = [sys.executable, "-m", "spherefunc_bullet", "classify", str(paths["mug"]), "--json"]
@@ -104,12 +103,12 @@ def print_answers(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimedObject(CloudObject):
-    """A cloud, and the seconds that each run of drops on it has taken."""
+    """A cloud with the seconds of each run of drops on it."""
 
     seconds: list[float] = field(default_factory=list)
 
     def drops(self, run_limit: RunLimit) -> DropsByRadius:
-        """Return what becomes of the spheres in runs of some length."""
+        """Return the drops of runs with a limit, and note the time."""
         start = perf_counter()
         drops = super().drops(run_limit)
         self.seconds.append(perf_counter() - start)
@@ -117,7 +116,7 @@ class TimedObject(CloudObject):
 
 
 def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
-    """Return the seconds that drops, and then quantities and scores, take on a cloud that is loaded."""
+    """Return the seconds of drops, and those of quantities and scores, on a loaded cloud."""
     item = TimedObject(raw_cloud=cloud, drop_config=model.drop_config())
     start = perf_counter()
     decide(item, model)
@@ -126,7 +125,7 @@ def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
 
 
 def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 40):
-    """Print the milliseconds of a label in a process that is up, the median over objects and the mean."""
+    """Print the milliseconds of an answer in a running process, the median and the mean over objects."""
     objects, rows = open_dataset(data).objects, []
     chosen = [objects[k * len(objects) // count].path for k in range(min(count, len(objects)))]
     for backend in backends.split(","):
@@ -141,7 +140,7 @@ def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 4
 
 
 def questions(simulator: Simulator, cloud: Cloud) -> dict[str, Callable[[], object]]:
-    """Return what one asks of an object, by what the table calls it."""
+    """Return the questions about an object, by their names in the table."""
     places = resting_places(cloud)
     benchmarks: dict[str, Callable[[], object]] = {
         "poses, 100 drops": lambda: simulator.poses(cloud, PoseSettings(), 0),
@@ -156,7 +155,7 @@ def questions(simulator: Simulator, cloud: Cloud) -> dict[str, Callable[[], obje
 
 
 def time_mechanics(repeats: Repeats = 3):
-    """Print the least seconds of poses, standing and carrying, by the processor and by the clock, without loading."""
+    """Print the shortest processor and wall times of poses, standing and carrying, without loading."""
     rows = []
     for backend in usable_backends(("fast", "bullet")):
         simulator = make_simulator(backend)
@@ -171,7 +170,7 @@ def time_mechanics(repeats: Repeats = 3):
 
 
 def some_points(scan: Scan, count: int) -> Scan:
-    """Return a scan with at most this many of its points."""
+    """Return a scan with a maximum number of its points."""
     if count >= len(scan):
         return scan
     chosen = np.sort(np.random.default_rng(0).permutation(len(scan))[:count])
@@ -181,12 +180,10 @@ def some_points(scan: Scan, count: int) -> Scan:
 
 def time_scenes(
     data: Annotated[Path, typer.Argument(help="Folder of scans.")],
-    points: Annotated[
-        int, typer.Option(help="Number of points of an object; objects with fewer are left out.")
-    ] = 300_000,
+    points: Annotated[int, typer.Option(help="Number of points of a scan; smaller scans are left out.")] = 300_000,
     only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
 ):
-    """Print the seconds of recognition, stage by stage: of the fastest turn of each scan, by the clock."""
+    """Print the seconds of recognition, stage by stage: wall times of the fastest run on each scan."""
     model, table = load_model(shipped_model("fast", scans=True)), []
     scans = [load_scan(path, report=say) for path in scan_files(data, only)]
     scans = [some_points(scan, points) for scan in scans if len(scan) >= points]

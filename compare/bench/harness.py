@@ -1,4 +1,4 @@
-"""What benches share: objects, a warm simulator, seconds of repeated runs, a process of its own, one core."""
+"""Shared parts of the benches: objects, a compiled simulator, times of repeated runs, a fresh process, one core."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def plain_table(folder: Path) -> Case:
 
 
 def warm(case: Case, backend: str) -> tuple[Simulator, Cloud]:
-    """Return a simulator and an object's cloud, all that has to be compiled for them compiled."""
+    """Return a simulator, with its kernels compiled, and an object's cloud."""
     simulator, cloud = make_simulator(backend), load_cloud(case.path)
     warm_up(simulator)
     return simulator, cloud
@@ -78,7 +78,7 @@ def warm(case: Case, backend: str) -> tuple[Simulator, Cloud]:
 def timed(
     make: Callable[[], Made], repeats: int, clock: Callable[[], float] = time.perf_counter
 ) -> tuple[list[float], Made]:
-    """Return the seconds of every run by a clock, and what the last returned."""
+    """Return the seconds of every run by a clock, and the result of the last one."""
     seconds = []
     for _ in range(repeats):
         started = clock()
@@ -88,19 +88,19 @@ def timed(
 
 
 def apart(function: Callable[..., Made], *arguments: object) -> Made:
-    """Return what a function returns in a fresh process."""
+    """Return the result of a function that is called in a fresh process."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
 
 
 def use_one_core():
-    """Keep this process and those it starts to one core."""
+    """Restrict this process and those that it starts to one core."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"
-    if hasattr(os, "sched_setaffinity"):  # Linux; elsewhere the variables have to do
+    if hasattr(os, "sched_setaffinity"):  # on Linux; elsewhere there are only the variables
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def print_machine():
-    """Print what it was measured on."""
+    """Print the machine and the versions."""
     show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

@@ -2,12 +2,11 @@
 
     python -m spherefunc_bullet.compare.bench peers [--drops 500] [--objects mug,table,chair]
 
-Of peers everybody drops as many spheres, one radius an object, and meets the mesh's own triangles, `fast` its points.
-What came of them is measured on the mesh by somebody else (Open3D): how deep spheres lie in each other and in the
-object, and how many hang in the air. MuJoCo runs by `examples/mujoco_backend`, as good as we know to do it; it is left
-out where `mujoco` or this file's repository is not there. The naive script is what one would write with PyBullet at
-first, without this package: one rigid body per sphere, the default 240 Hz, frozen by setting its mass to 0 when it is
-slow. It is here to be measured, not used; the ``bullet`` backend does better.
+All peers drop the same number of spheres, one radius for each object, on the mesh's triangles, `fast` on its points.
+The result is measured on the mesh with Open3D: how deep spheres penetrate each other and the object, and how many hang
+in the air. MuJoCo runs by `examples/mujoco_backend`, as well as we know; it is left out without `mujoco` or this file's
+repository. The naive script is what one would first write with PyBullet without this package: one rigid body per
+sphere, the default 240 Hz, frozen by setting its mass to 0 when it is slow. It is here to be measured, not used.
 """
 
 from __future__ import annotations
@@ -43,37 +42,37 @@ if TYPE_CHECKING:
     from pybullet_utils.bullet_client import BulletClient
 
 DROPS = 500
-NAIVE_SECONDS = 60.0  # an object; where they do not do, its row says how many drops it came to
-HANGING = 0.05  # radii to the nearest object beyond which a sphere that came to rest is said to hang in the air
+NAIVE_SECONDS = 60.0  # for each object; the row shows the number of drops made until then
+HANGING = 0.05  # radii: a sphere at rest that is farther from everything hangs in the air
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mujoco_backend" / "spherefunc_mujoco.py"
 GRAVITY = -9.81  # m/s^2
 MASS = 0.01  # kg, of a sphere
 SLOW = 0.01  # m/s: below this a sphere counts as at rest
-SLOW_STEPS = 5  # in a row: one slow step may be the top of a bounce
+SLOW_STEPS = 5  # in succession: one slow step may be the top of a bounce
 MAX_STEPS = 1200  # five seconds of simulated time
 
 
 @dataclass(frozen=True, kw_only=True)
 class NaiveRun:
-    """What came of the script, as far as it got."""
+    """The result of the naive script."""
 
     drops: int
     centers: np.ndarray  # (S, 3) metres, where spheres settled
-    ends: np.ndarray  # (S, 3) metres, where they are in the end: mass 0 alone does not hold them
+    ends: np.ndarray  # (S, 3) metres, their positions at the end: mass 0 alone does not hold them
     seconds: float
 
 
 def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRun:
-    """Drop spheres of a radius in metres on a mesh until this many seconds or drops are over.
+    """Drop spheres of a radius in metres on a mesh, for a number of seconds or drops at most.
 
-    For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
+    It needs a separate process, since it redirects stdout to stderr: PyBullet prints there, which would break JSON.
     """
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     import pybullet as p
     from pybullet_utils.bullet_client import BulletClient
 
     geometry = read_geometry(path)
-    vertices = placed(geometry.vertices)  # where the simulator has it
+    vertices = placed(geometry.vertices)  # as for the simulator
     client = BulletClient(connection_mode=p.DIRECT)
     client.setGravity(0, 0, GRAVITY)
     add_object(client, vertices, geometry.faces)
@@ -98,7 +97,7 @@ def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRu
 
 
 def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
-    """Add a mesh as a static body, hollows and all."""
+    """Add a mesh as a static concave body."""
     import pybullet as p
     import trimesh
 
@@ -112,7 +111,7 @@ def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
 def drop_naively(
     client: BulletClient, sphere: int, start: Sequence[float], radius: float
 ) -> tuple[float, float, float] | None:
-    """Return where one sphere comes to rest, metres, or None if it misses or never does."""
+    """Return the place where one sphere comes to rest, metres; None if it misses or never comes to rest."""
     body = client.createMultiBody(MASS, sphere, basePosition=start)
     slow = 0
     for _ in range(MAX_STEPS):
@@ -130,7 +129,7 @@ def drop_naively(
 
 @dataclass(frozen=True, kw_only=True)
 class PeerRun:
-    """What came of one peer's spheres; lengths in radii."""
+    """The result of one peer; lengths in radii."""
 
     name: str
     drops: int
@@ -138,11 +137,11 @@ class PeerRun:
     settled: int
     in_spheres: float  # the deepest overlap of two spheres
     in_object: float  # the deepest overlap with the mesh
-    moved: float  # the farthest that a sphere has moved since it was frozen
-    hanging: int  # spheres at rest that touch nothing
+    moved: float  # the largest displacement of a sphere after it was frozen
+    hanging: int  # number of spheres at rest that touch nothing
 
     def row(self, naive: float) -> list[str]:
-        """Return the printed numbers; ``naive`` is the drops per second of the naive script."""
+        """Return the row of the table; ``naive`` is the drops per second of the naive script."""
         rate = self.drops / self.seconds
         speeds = [f"{self.drops}", f"{self.seconds:.3f}", f"{rate:,.0f}", f"{rate / naive:,.1f}"]
         depths = [f"{depth:.3f}" for depth in (self.in_spheres, self.in_object, self.moved)]
@@ -150,7 +149,7 @@ class PeerRun:
 
 
 def mujoco_simulator() -> Simulator | None:
-    """Return the example's simulator, or None and a line why not."""
+    """Return the example's simulator; None, with a printed reason, if it cannot run."""
     if importlib.util.find_spec("mujoco") is None or not EXAMPLE.is_file():
         say("MuJoCo is left out: it wants `pip install mujoco` and this repository's examples/mujoco_backend.")
         return None
@@ -161,7 +160,7 @@ def mujoco_simulator() -> Simulator | None:
 
 
 def backend_run(case: Case, name: str, drops: int) -> PeerRun | None:
-    """Return what came of a backend's spheres, best time of three; None where it is not there."""
+    """Return the result of a backend with the best time of three runs; None if it cannot run."""
     simulator = mujoco_simulator() if name == "mujoco" else make_simulator(name)
     if simulator is None:
         return None
@@ -174,14 +173,14 @@ def backend_run(case: Case, name: str, drops: int) -> PeerRun | None:
 
 
 def naive_run(case: Case, drops: int) -> PeerRun:
-    """Return what came of the naive script's spheres."""
+    """Return the result of the naive script."""
     naive = run_naively(case.path, case.radius, NAIVE_SECONDS, drops)
     moved = np.linalg.norm(naive.ends - naive.centers, axis=1).max(initial=0.0) / case.radius
     return replace(measured("naive PyBullet script", case, naive.centers, naive.drops, naive.seconds), moved=moved)
 
 
 def measured(name: str, case: Case, centers: np.ndarray, drops: int, seconds: float) -> PeerRun:
-    """Return a peer's run, its settled centres (S, 3) in metres looked at on the mesh itself."""
+    """Return the result of a peer, with its settled centres (S, 3), metres, measured against the mesh itself."""
     apart_by = spheres_apart(centers) / case.radius - 2
     clear = mesh_distances(load_cloud(case.path).mesh, centers) / case.radius - 1
     return PeerRun(
@@ -210,12 +209,12 @@ def mesh_distances(mesh: Mesh, centers: np.ndarray) -> np.ndarray:
 
 
 def cases(names: list[str], folder: Path) -> list[Case]:
-    """Return the objects of these names; a file that has to be made goes into a folder.
+    """Return objects by name; a file that has to be made is written into a folder.
 
     Raises
     ------
     InputError
-        If there is no such object.
+        If a name is unknown.
     """
     chair = next(each for each in OBJECTS["bullet"] if each[0] == "chair")
     known = {"mug": peer_mug("PyBullet's mug"), "table": plain_table(folder), "chair": case_of(*chair)}
@@ -224,7 +223,7 @@ def cases(names: list[str], folder: Path) -> list[Case]:
 
 
 def print_peers(case: Case, drops: int):
-    """Print one row a peer."""
+    """Print one row for each peer."""
     say(f"{case.title}: the naive PyBullet script runs, up to a minute …")
     runs = [apart(naive_run, case, drops)]
     runs += [apart(backend_run, case, name, drops) for name in ("mujoco", *usable_backends(("bullet", "fast")))]

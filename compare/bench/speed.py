@@ -2,7 +2,7 @@
 
     python -m spherefunc_bullet.compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
 
-Loading and compilation are not counted. Every object runs in a process of its own, so that peak memory is its own.
+Loading and compilation are not counted. Every object runs in a separate process, so that peak memory is its own.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ OBJECTS = {  # of the catalogue: title, name, radius
     "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
 }
 STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
-Measured = dict[str, Any]  # what was measured of one object, by name; seconds
+Measured = dict[str, Any]  # the measurements of one object by name; times in seconds
 
 
 def cases(backend: str, table: Case, quick: bool) -> list[Case]:
-    """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
+    """Return the objects of a backend's bench; a quick one leaves out the sofa, which takes longest."""
     chosen_objects = [case for case in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and case[0] == "sofa")]
     chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*case) for case in chosen_objects), table]
     return [case for case in chosen if case is not None]
 
 
 def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
-    """Return one object's simulation; loading and compilation are not in it, the peak is the whole process's."""
+    """Return the times of one object's simulation, without loading and compilation, and the process's peak memory."""
     simulator, cloud = warm(case, backend)
     seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
     about = {"title": case.title, "radius": case.radius, "points": len(cloud), "settled": result.settled}
@@ -58,7 +58,7 @@ def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
 
 
 def time_stages(case: Case, backend: str, repeats: int) -> Measured:
-    """Return what sampling, simulation and histogram of one object cost at best; a cloud is not sampled."""
+    """Return the best times of sampling, simulation and histogram of one object; a cloud is not sampled."""
     geometry, (simulator, cloud), sampling = read_geometry(case.path), warm(case, backend), [0.0]
     if len(geometry.faces):
         sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), repeats)
@@ -71,22 +71,18 @@ def time_stages(case: Case, backend: str, repeats: int) -> Measured:
 def print_timings(timings: Iterable[Measured], backend: str):
     """Print the simulations' table."""
     head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
-    rows = [
-        [
-            case["title"],
-            format_length(case["radius"]),
-            *(f"{case[count]:,}" for count in ("points", "settled", "drops")),
-            *(f"{case[seconds]:.3f}" for seconds in ("best", "median")),
-            *(f"{case[count] / case['best']:,.0f}" for count in ("drops", "settled")),
-            "" if case["peak_bytes"] is None else f"{case['peak_bytes'] / 2**20:,.0f}",
-        ]
-        for case in timings
-    ]
+    rows = []
+    for case in timings:
+        counts = [f"{case[name]:,}" for name in ("points", "settled", "drops")]
+        times = [f"{case[name]:.3f}" for name in ("best", "median")]
+        rates = [f"{case[name] / case['best']:,.0f}" for name in ("drops", "settled")]
+        peak = "" if case["peak_bytes"] is None else f"{case['peak_bytes'] / 2**20:,.0f}"
+        rows.append([case["title"], format_length(case["radius"]), *counts, *times, *rates, peak])
     print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
 
 
 def print_stages(stages: Iterable[Measured], backend: str):
-    """Print what an object costs before and after its simulation."""
+    """Print the times of an object's stages before and after its simulation."""
     rows = []
     for case in stages:
         sampling, simulation, histogram = times = [case[name] for name in ("sampling", "simulation", "histogram")]
@@ -98,13 +94,12 @@ def print_stages(stages: Iterable[Measured], backend: str):
 
 
 def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
-    """Return what is measured of one backend, each object in a process of its own."""
-    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    """Return the measurements of one backend, each object in a separate process."""
     each = progress(chosen, len(chosen), f"timing {backend}")
     simulation = [apart(time_simulation, case, backend, repeats) for case in each]
-    staged = progress(chosen, len(chosen), "timing the stages")
-    stages = [apart(time_stages, replace(case, radius=radius), backend, repeats) for case in staged]
-    return {"simulation": simulation, "stages": stages}
+    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    staged = progress([replace(case, radius=radius) for case in chosen], len(chosen), "timing the stages")
+    return {"simulation": simulation, "stages": [apart(time_stages, case, backend, repeats) for case in staged]}
 
 
 def print_speed(

@@ -2,8 +2,8 @@
 
     python -m spherefunc_bullet.compare.demo.animation --out docs/images/drops.gif
 
-A sphere is drawn falling straight down to where it came to rest. The scores are those of the model that ships, asked
-after this many drops at each of its radii.
+A sphere is drawn falling straight down to where it came to rest. The scores are those of the package's model, after a
+number of drops at each of its radii.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from .gallery import BACKGROUND, GREY, INK
 
 SIZE = (300, 270)  # of each object's picture, pixels
 BARS = 100  # pixels below it
-FRAMES, HELD = 40, 14  # in which spheres fall, and in which the last picture stays
+FRAMES, HELD = 40, 14  # number of frames with falling spheres, and with the last picture
 AIRBORNE = 3  # frames in which a falling sphere is seen
-MILLISECONDS = 100  # a frame
-COUNTED = (0, 2, 4, 8, 12, 16, 20, 25, 30, 35, 40)  # drops after which the model is asked
+MILLISECONDS = 100  # of a frame
+COUNTED = (0, 2, 4, 8, 12, 16, 20, 25, 30, 35, 40)  # drops after which the model classifies
 COLOURS = 96  # of the file
 BAR, EMPTY = (62, 105, 178), (222, 222, 228)
 
@@ -63,7 +63,7 @@ PARTS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnimatedDrops:
-    """Where the drops of one part came to rest, and when."""
+    """The resting places of the drops on one object, and the times at which they land."""
 
     cloud: Cloud
     part: AnimatedObject
@@ -71,7 +71,7 @@ class AnimatedDrops:
     landed: np.ndarray  # (S,) float, the frame in which each comes to rest
 
     def frame(self, number: int) -> Image.Image:
-        """Return one picture: the spheres at rest, and those that are in the air above their places."""
+        """Return one picture: the spheres at rest, and those in the air above their places."""
         low, high = drawn_box(self.cloud.mesh.vertices, self.centers, self.part.radius)
         high = high + [0, 0, 0.25 * (high[2] - low[2])]  # to fall through
         early = np.clip(self.landed - number, 0, AIRBORNE)
@@ -84,13 +84,11 @@ class AnimatedDrops:
 
 
 def fall_of(part: AnimatedObject, cloud: Cloud) -> AnimatedDrops:
-    """Return the drops of one part, the same number in each frame."""
+    """Return the drops on one object, the same number in each frame."""
     settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
     result = make_simulator("fast").drop(cloud, settings, 0)
-    numbers = np.flatnonzero(result.outcomes == Outcome.SETTLED)
-    return AnimatedDrops(
-        cloud=cloud, part=part, centers=result.centers, landed=numbers / part.drops * (FRAMES - AIRBORNE) + 1
-    )
+    landed = np.flatnonzero(result.outcomes == Outcome.SETTLED) / part.drops * (FRAMES - AIRBORNE) + 1
+    return AnimatedDrops(cloud=cloud, part=part, centers=result.centers, landed=landed)
 
 
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
@@ -117,7 +115,7 @@ def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, 
 
 
 def drawn_part(part: AnimatedObject, cloud: Cloud, model: FunctionModel) -> list[Image.Image]:
-    """Return the frames of one part."""
+    """Return the frames of one object."""
     fall, scores = fall_of(part, cloud), scores_after(cloud, model)
     frames = []
     for number in range(FRAMES + 1):
@@ -128,7 +126,7 @@ def drawn_part(part: AnimatedObject, cloud: Cloud, model: FunctionModel) -> list
 
 
 def animation_bytes(columns: Sequence[Sequence[Image.Image]]) -> bytes:
-    """Return the frames of all parts side by side as a GIF that begins anew when it ends."""
+    """Return the frames of all objects side by side as a GIF that repeats."""
     joined = [Image.fromarray(np.hstack([np.asarray(image) for image in row])) for row in zip(*columns, strict=True)]
     palette = joined[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in joined]

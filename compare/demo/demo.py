@@ -1,4 +1,4 @@
-"""The whole way on the built-in catalogue: simulate, evaluate, compare simulators, classify objects never seen.
+"""All steps on the built-in catalogue: simulate, evaluate, compare simulators, classify objects that were not learnt.
 
 ``spherefunc demo --out demo`` runs it, and so does ``make demo``.
 """
@@ -49,36 +49,28 @@ from .page import ClassifiedObject, Summary, page
 
 DATA = "household"
 UNSEEN_SEED = 7  # of the catalogue from which the classified objects come; training uses 0
-UNSEEN = (
-    "mug_02",
-    "wine_glass_01",
-    "dining_table_03",
-    "coffee_table_02",
-    "dining_chair_04",
-    "sofa_02",
-    "filing_cabinet_01",
-    "vase_01",
-)
+MEMBERS = ("mug_02", "wine_glass_01", "dining_table_03", "coffee_table_02", "dining_chair_04", "sofa_02")
+UNSEEN = (*MEMBERS, "filing_cabinet_01", "vase_01")  # the last two have no function
 METHOD = METHODS[PROFILE]
 DRAWN = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
 SIZE = (320, 280)  # of an object's picture, pixels
-COPIED = 3  # objects of each function, copies of which are made
+COPIED = 3  # objects of each function with impaired copies
 TRIALS = 2
-AGAIN = 20  # objects dropped on with a second seed
-COMPARED_TRIALS = 6  # of 3, differences of 0.1 would not show
-LEARNT = "20,half"  # training objects of the table; `spherefunc evaluate` has them all
+AGAIN = 20  # objects simulated with a second seed
+COMPARED_TRIALS = 6  # with 3, differences of 0.1 would not show
+LEARNT = "20,half"  # training sizes of the table
 
 
 @contextmanager
 def step(watch: Stopwatch, name: str) -> Iterator[None]:
-    """Say what is done, and time it."""
+    """Print the name of a step, and time it."""
     say(f"{name} …")
     yield
     watch.lap(name)
 
 
 def run_demo(out: Path, backend: str, jobs: int) -> Path:
-    """Do everything and return the page's path.
+    """Run all steps, write the report and return its path.
 
     Raises
     ------
@@ -130,7 +122,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
 
 
 def evaluated(simulated: Simulated) -> tuple[list[Result], Confusion]:
-    """Return the results on random halves, and who was taken for what when left out."""
+    """Return the results on random halves, and the confusion matrix with every object left out."""
     halves = Protocol(train_sizes=tuple(wanted_sizes(LEARNT, len(simulated.objects))), trials=TRIALS)
     results = results_of(evaluate_features(simulated, METHOD.radii, METHOD, halves))
     labels = labels_of(simulated)
@@ -140,7 +132,7 @@ def evaluated(simulated: Simulated) -> tuple[list[Result], Confusion]:
 
 
 def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
-    """Write the objects to be classified and return them; refuse one that was learnt.
+    """Write the objects to be classified and return them, after a check that none was learnt.
 
     Raises
     ------
@@ -168,13 +160,13 @@ def drawn_objects(
         centers = settle(cloud, model.simulator, [radius], 0)[radius].rests
         picture = object_picture(cloud, centers, radius, CameraView(size=SIZE))
         write_png(picture, folder / f"{item.path.stem}.png")
-        scores = {name: function["score"] for name, function in row["functions"].items()}
+        functions = row["functions"].items()
         yield ClassifiedObject(
             name=item.path.stem.replace("_", " "),
             functions=item.functions,
             also=item.also,
-            scores=scores,
-            predicted=frozenset(name for name, function in row["functions"].items() if function["member"]),
+            scores={name: function["score"] for name, function in functions},
+            predicted=frozenset(name for name, function in functions if function["member"]),
             nearest=row["nearest"][0]["name"],
             reason=row["reasons"][0],
             picture=picture,
@@ -184,7 +176,7 @@ def drawn_objects(
 
 
 def configuration(simulator: Simulator, simulated: Simulated) -> dict[str, str]:
-    """Return what decides the results, for people."""
+    """Return the settings that decide the results, in words."""
     drops = sum(sum(record.drops.values()) for record in simulated.records)
     return {
         "backend": f"{simulator.name}, version {simulator.version}",

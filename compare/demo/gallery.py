@@ -33,7 +33,7 @@ BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under 
 
 @dataclass(frozen=True, kw_only=True)
 class GalleryPicture:
-    """One picture: which object of the catalogue, how large the spheres are, and from where it is seen."""
+    """One picture: an object of the catalogue, the radius of the spheres, and the camera."""
 
     title: str
     name: str  # in the catalogue
@@ -55,7 +55,7 @@ SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
 
 
 def draw_exhibits(names: Iterable[str], simulator: Simulator, caption: str = "") -> dict[str, Image.Image]:
-    """Return objects of the catalogue with the spheres that settle on them, captioned, a simulator's name in front."""
+    """Return pictures of catalogue objects with settled spheres; captions begin with the simulator's name, if given."""
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
     exhibits = {name: EXHIBITS[name] for name in names}
     work = (delayed(drawn)(exhibit, meshes[exhibit.name], simulator, caption) for exhibit in exhibits.values())
@@ -109,7 +109,7 @@ def main(
     backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
     beside: Annotated[str, typer.Option(help="Simulator that is shown next to it.")] = "bullet",
 ):
-    """Write the pictures and say where they are."""
+    """Write the pictures and print their paths."""
     side_by_side = write_side_by_side(out, [backend, beside])
     for path in [*write_gallery(out, backend), side_by_side]:
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
@@ -127,7 +127,7 @@ def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
 
 
 def colour_key(size: tuple[int, int]) -> Image.Image:
-    """Return an image that says what the colours mean, as large as a captioned picture of ``size`` pixels."""
+    """Return an image with the meaning of the colours, as large as a captioned picture of ``size`` pixels."""
     width, height = size
     canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
     pen = ImageDraw.Draw(canvas)

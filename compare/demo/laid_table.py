@@ -1,4 +1,4 @@
-"""A table while it is being laid: a table still, object by object, until nothing more has room.
+"""A table while it is being laid: still a table, object by object, until there is no more room.
 
 python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
 """
@@ -30,12 +30,12 @@ from .gallery import captioned, tiled, write_png
 
 SEED, NAME = 7, "dining_table_03"  # of a catalogue that no model has learnt
 STEPS = (0, 1, 2, 4, 8)  # objects on the table
-LAYING = 2  # the seed of what is put on it
+LAYING = 2  # the seed of the objects on it
 DRAWN, FALLEN = parse_length("2cm"), RunLimit(drops=150)  # spheres in the picture: few, so that objects are seen
 
 
 def laid_table() -> Iterator[tuple[str, Cloud]]:
-    """Yield a table with more and more objects on it, and at last with no hand's breadth left."""
+    """Yield a table with more and more objects on it, and at last without a free hand's breadth."""
     mesh = next(item.mesh for item in make_catalogue("household", seed=SEED) if item.name == NAME)
     bare = cloud_from_mesh(mesh.vertices, mesh.faces, NAME)
     specimen, rng = Specimen(bare, "table"), np.random.default_rng(LAYING)
@@ -48,32 +48,28 @@ def laid_table() -> Iterator[tuple[str, Cloud]]:
 
 
 def cloud_of(surface: ObjectSurface) -> Cloud:
-    """Return a surface as an object that spheres are dropped on."""
+    """Return a surface as a cloud on which spheres can be dropped."""
     vertices, faces = surface.mesh()
     return cloud_from_mesh(vertices, faces, NAME)
 
 
 def draw_laid_table(backend: str) -> Image.Image:
-    """Return a row of pictures: how the table looks, and what the model that ships says of it."""
+    """Return a row of pictures of the table, with the answers of the model of the package."""
     steps = []
     for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table"):
         rests = settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests
-        words = f"{title}: {said(sf.classify(cloud, backend=backend))}"
+        answer = sf.classify(cloud, backend=backend)
+        name, unsure = "table" if "table" in answer.functions else "no table", " (unsure)" * answer.unsure
+        words = f"{title}: {name}, {answer.scores['table']:.2f}{unsure}"
         steps.append(captioned(object_picture(cloud, rests, DRAWN, CameraView()), words, ""))
     return tiled(steps, columns=3, width=480)
-
-
-def said(answer: sf.Answer) -> str:
-    """Return whether an object is a table, with its score."""
-    name = "table" if "table" in answer.functions else "no table"
-    return f"{name}, {answer.scores['table']:.2f}{' (unsure)' * answer.unsure}"
 
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the PNG file.")] = Path("docs/images"),
     backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
 ):
-    """Write the picture and say where it is."""
+    """Write the picture and print its path."""
     path = write_png(draw_laid_table(backend), out / "laid_table.png")
     say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 

@@ -1,6 +1,6 @@
-"""``spherefunc demo --live``: an object of the catalogue, spheres that fall on it, and what it is for, in a browser.
+"""``spherefunc demo --live``: an object of the catalogue, spheres that fall on it, and its functions, in a browser.
 
-Sliders change what is dropped; each change drops again, and the bars show what the model that ships says.
+Each change of a slider drops the spheres again; the bars show the scores by the model of the package.
 """
 
 from __future__ import annotations
@@ -29,36 +29,36 @@ if TYPE_CHECKING:
 
 CATALOGUE, SEED = "household", 7  # a seed that no model has learnt
 FIRST = "mug_02"
-COLOURS = {"cup": (255, 140, 0), "sittable": (0, 170, 190), "table": (200, 0, 170)}  # as in pictures of scans
+COLOURS = {"cup": (255, 140, 0), "sittable": (0, 170, 190), "table": (200, 0, 170)}  # the same in pictures of scans
 OBJECT_COLOUR = (190, 180, 165)
-FRAMES, AT_ONCE = 40, 0.15  # of a fall; share of the spheres that are in the air at once
+FRAMES, AT_ONCE = 40, 0.15  # of a fall; share of the spheres in the air at once
 PAUSE = 0.04  # seconds between two frames
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiveResult:
-    """What one change of the controls led to."""
+    """The result of one change of the controls."""
 
     cloud: Cloud
-    starts: np.ndarray  # (S, 3) float, metres: where the spheres that settled came from
+    starts: np.ndarray  # (S, 3) float, metres: where the settled spheres were dropped
     rests: np.ndarray  # (S, 3) float, metres
-    drops: int  # made, those that did not settle too
+    drops: int  # all drops, whether they settled or not
     answer: sf.Answer
 
     def at(self, share: float) -> np.ndarray:
-        """Return where the spheres are, (S, 3) metres, when a share 0..1 of the time has passed."""
+        """Return the positions (S, 3) of the spheres, metres, after a share 0..1 of the time."""
         begin = np.linspace(0, 1 - AT_ONCE, len(self.rests))
         fallen = np.clip((share - begin) / AT_ONCE, 0, 1)[:, None] ** 2
         return self.starts + fallen * (self.rests - self.starts)
 
 
 def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, drops: int, backend: str) -> LiveResult:
-    """Return what becomes of spheres on a tilted object, and what it is for.
+    """Return the drops on a tilted object, and its answer.
 
     Parameters
     ----------
     radius : float
-        Of the spheres, metres. The model that ships reads radii and numbers of drops of its own.
+        Of the spheres, metres. The model of the package uses its own radii and numbers of drops.
     tilt : float
         Degrees about x, from how the object is used.
     drops : int
@@ -66,14 +66,13 @@ def dropped(mesh: trimesh.Trimesh, name: str, *, radius: float, tilt: float, dro
     """
     turn = trimesh.transformations.rotation_matrix(np.radians(tilt), [1, 0, 0])
     cloud = cloud_from_mesh(trimesh.transform_points(mesh.vertices, turn), mesh.faces, name)
-    settled = settle(cloud, backend, [radius], 0, RunLimit(drops=drops)).get(radius)
-    rests = settled.rests if settled is not None else np.empty((0, 3))
+    made = settle(cloud, backend, [radius], 0, RunLimit(drops=drops)).get(radius, ())
+    rests = made.rests if made else np.empty((0, 3))
     starts = np.column_stack([rests[:, :2], np.full(len(rests), cloud.size[2] + 8 * radius)])
-    if settled is not None and len(settled.places) == len(settled):
-        starts[:, :2] = settled.places[settled.settled]
-    made = len(settled) if settled is not None else 0
+    if made and len(made.places) == len(made):
+        starts[:, :2] = made.places[made.settled]
     answer = sf.classify(cloud, backend=backend)
-    return LiveResult(cloud=cloud, starts=starts, rests=rests, drops=made, answer=answer)
+    return LiveResult(cloud=cloud, starts=starts, rests=rests, drops=len(made), answer=answer)
 
 
 class LiveDemo:
@@ -103,11 +102,11 @@ class LiveDemo:
         return self.server.gui.add_progress_bar(0.0, color=colour)
 
     def classify_again(self, _event: object):
-        """Note that a control was moved; the simulation runs in the main thread."""
+        """Set the event that a control was moved; the simulation runs in the main thread."""
         self.changed.set()
 
     def update(self, pause: float = PAUSE) -> LiveResult:
-        """Drop again as the controls say, show it, and return it; a control that is moved meanwhile ends the fall."""
+        """Drop spheres with the current controls, show and return the result; moving a control ends the fall."""
         self.changed.clear()
         name, radius = self.object.value, self.radius.value / 1000
         how = {"radius": radius, "tilt": self.tilt.value, "drops": self.drops.value, "backend": self.backend.value}
@@ -117,7 +116,7 @@ class LiveDemo:
         return found
 
     def show_answer(self, found: LiveResult, radius: float):
-        """Write how many spheres settled, fill the bars, and give the reasons."""
+        """Show the number of settled spheres, the scores as bars, and the reasons."""
         settled = f"**{len(found.rests)}** of {found.drops} spheres of {format_length(radius)} settled"
         self.text.content = f"{settled} ({self.backend.value})."
         for name, (title, bar) in self.bars.items():
@@ -128,11 +127,10 @@ class LiveDemo:
         self.reasons.content = unsure + "\n\n".join(found.answer.reasons)
 
     def show_fall(self, found: LiveResult, radius: float, pause: float):
-        """Draw the object, and let the spheres come down one after another."""
+        """Draw the object, and let the spheres fall one after another."""
         scene, mesh = self.server.scene, found.cloud.mesh
-        scene.add_mesh_simple(
-            "/object", mesh.vertices, mesh.faces, color=OBJECT_COLOUR, flat_shading=True, side="double"
-        )
+        style = {"color": OBJECT_COLOUR, "flat_shading": True, "side": "double"}
+        scene.add_mesh_simple("/object", mesh.vertices, mesh.faces, **style)
         scene.add_grid("/ground", cell_size=0.1, section_size=1.0)
         self.look_at(found.cloud)
         if not len(found.rests):
@@ -153,7 +151,7 @@ class LiveDemo:
             spheres.batched_positions = found.at(share)
 
     def look_at(self, cloud: Cloud):
-        """Turn all cameras to an object of another size, seen from the front, a little from above."""
+        """Turn all cameras to an object, seen from the front, slightly from above."""
         middle, far = np.array([0, 0, cloud.size[2] / 2]), 2.0 * float(np.linalg.norm(cloud.size))
         camera = self.server.initial_camera
         camera.position, camera.look_at = middle + far * np.array([0.45, -0.7, 0.5]), middle

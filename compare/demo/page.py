@@ -1,6 +1,6 @@
-"""The demo's report: one page of HTML that needs nothing beside it, not even a network.
+"""The demo's report: one HTML page that needs no other file and no network.
 
-Every number on it comes from the results that it is given; its words are in ``page.html``.
+Every number on it comes from a `Summary`; its words are in ``page.html``.
 """
 
 from __future__ import annotations
@@ -36,35 +36,34 @@ NAMES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ClassifiedObject:
-    """One object that the classifier had not seen, what it said, and what is true."""
+    """One object that the classifier has not learnt, with the answer and the label."""
 
     name: str
-    functions: frozenset[str]  # labelled so
+    functions: frozenset[str]  # of the label
     also: frozenset[str]  # true as well, but not the primary function
     scores: dict[str, float]
     predicted: frozenset[str]
-    nearest: str  # the training object that counted most for the function of the highest score
-    reason: str  # its answer in a sentence
+    nearest: str  # the training object with the largest weight for the function of the highest score
+    reason: str  # the answer in a sentence
     picture: Image
     radius: float  # of the spheres in the picture, metres
     settled: int
 
     @property
     def correctness(self) -> str:
-        """Return right or wrong; a function that is true as well may be said or not."""
+        """Return right or wrong; a function that is true as well may be predicted or not."""
         return "right" if self.predicted - self.also == self.functions - self.also else "wrong"
 
     @property
     def score_rows(self) -> list[list[str]]:
-        """Return each function's score, and whether the object was said to have it."""
-        return [
-            [name, f"{score:.2f}", "yes" if name in self.predicted else "no"] for name, score in self.scores.items()
-        ]
+        """Return each function's score, and whether it was predicted."""
+        predicted = {name: "yes" if name in self.predicted else "no" for name in self.scores}
+        return [[name, f"{score:.2f}", predicted[name]] for name, score in self.scores.items()]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """What the page shows."""
+    """The results that the page shows."""
 
     data: str  # the data set's name
     objects: int
@@ -72,11 +71,11 @@ class Summary:
     confusion: Confusion
     classified: Sequence[ClassifiedObject]
     figure: Image  # the gallery
-    impaired: Image  # which impaired copies are still called by their function
+    impaired: Image  # the impaired copies that are still classified by their function
     laid: Image  # a table with more and more objects on it
     comparison: Report  # of simulators, as `spherefunc compare` reports it, in comparison/report.html
     configuration: dict[str, str]
-    seconds: dict[str, float]  # what was done, and how long it took
+    seconds: dict[str, float]  # by step
 
 
 def page(summary: Summary) -> str:
@@ -110,7 +109,7 @@ def page(summary: Summary) -> str:
 
 
 def rank_sentence(features: Mapping[str, Qualities]) -> str:
-    """Return for each function the F-measure of spheres beside the best baseline's."""
+    """Return for each function the F-measures of spheres and of the best baseline in a sentence."""
     parts = []
     for function, spheres in features[SPHERES].items():
         baselines = {name: rows[function]["f_measure"] for name, rows in features.items() if name != SPHERES}

@@ -2,8 +2,8 @@
 
     python -m spherefunc_bullet.compare.documents [NAME ...] [--check | --all | --keep WHY]
 
-A NAME is that of a measurement, a table or a document. Without one all are meant; but tables that are kept as they are,
-with a line that says so, are measured only where they are named, or with ``--all``.
+A NAME is that of a measurement, a table or a document; by default all are chosen. Tables that are kept although they
+are older than their code are measured again only if they are named, or with ``--all``.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def main(
     keep: Annotated[str | None, typer.Option(help="Keep tables that are older than their code, and print why.")] = None,
     root: Annotated[Path, typer.Option(help="The repository.")] = Path(),
 ):
-    """Keep the tables of README and docs as old as the code that they measure."""
+    """Keep the tables of README and docs up to date with the code that they measure."""
     tables, meant = wanted(names or ())
     for table in tables if keep is not None else ():
         table.keep(root, keep)
@@ -87,12 +87,12 @@ def main(
 
 
 def wanted(names: Sequence[str]) -> tuple[list[DocumentTable], list[Measurement]]:
-    """Return the tables that some names mean, and the measurements; without a name, all.
+    """Return the tables and the measurements of some names; without a name, all.
 
     Raises
     ------
     InputError
-        If a name is none of a measurement, a table or a document.
+        If no measurement, table or document has such a name.
     """
     known = {name for table in TABLES for name in names_of(table)}
     if unknown := sorted(set(names) - known):
@@ -104,27 +104,25 @@ def wanted(names: Sequence[str]) -> tuple[list[DocumentTable], list[Measurement]
 
 
 def due(root: Path, unnamed: Iterable[DocumentTable], meant: Iterable[Measurement]) -> list[Measurement]:
-    """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
-    written = {
-        measurement.name for table in unnamed if table.kept(root).is_file() for measurement in table.measurements
-    }
-    written -= {
-        measurement.name for table in unnamed if not table.kept(root).is_file() for measurement in table.measurements
-    }
-    return [measurement for measurement in meant if measurement.name not in written and measurement.changed(root)]
+    """Return the measurements that are older than their code, except those of unnamed tables that are all kept."""
+    kept: dict[str, bool] = {}
+    for table in unnamed:
+        for measurement in table.measurements:
+            kept[measurement.name] = kept.get(measurement.name, True) and table.kept(root).is_file()
+    return [measurement for measurement in meant if not kept.get(measurement.name) and measurement.changed(root)]
 
 
 def names_of(table: DocumentTable) -> set[str]:
-    """Return the names that mean a table: its own, its document's, those of its measurements."""
+    """Return the names by which a table can be chosen: its own, its document's, those of its measurements."""
     return {table.name, table.document, *(measurement.name for measurement in table.measurements)}
 
 
 def measure(root: Path, measurements: Sequence[Measurement]):
-    """Run the commands of measurements, one after another; one that fails is said, and the others go on."""
+    """Run the commands of measurements, one after another; errors are printed, and the next one runs."""
     for number, measurement in enumerate(measurements, 1):
-        before = (
-            f", {measurement.saved(root)['seconds']:.0f} s the last time" if measurement.path(root).is_file() else ""
-        )
+        before = ""
+        if measurement.path(root).is_file():
+            before = f", {measurement.saved(root)['seconds']:.0f} s the last time"
         say(f"{number} of {len(measurements)}{before}: {measurement.command}")
         try:
             measurement.measure(root)
@@ -133,7 +131,7 @@ def measure(root: Path, measurements: Sequence[Measurement]):
 
 
 def write_tables(root: Path, tables: Iterable[DocumentTable]):
-    """Write the blocks of some tables into their documents, those that have a result."""
+    """Write the blocks of the tables with results into their documents."""
     texts: dict[str, dict[str, str]] = {}
     for table in tables:
         if table.is_measured(root):

@@ -1,4 +1,4 @@
-"""Tables from the JSON of `spherefunc evaluate`: features, the paper's Figs. 3 and 4 beside ours, and copies."""
+"""Tables from the JSON of `spherefunc evaluate`: features, the paper's Figs. 3 and 4 next to ours, and copies."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, US
 from ..evaluation.protocol import PAPER
 from .tables import FUNCTIONS, figures, table
 
-Evaluated = Mapping[str, Any]  # what `spherefunc evaluate --json` prints
+Evaluated = Mapping[str, Any]  # the JSON of `spherefunc evaluate`
 
 
 def result_of(evaluated: Evaluated, protocol: str, size: int | None = None) -> Mapping[str, Any]:
-    """Return one protocol's figures; of several training sizes the largest, or the one that is named."""
+    """Return the result of one protocol at a training size, by default the largest."""
     found = [result for result in evaluated["results"] if result["protocol"] == protocol]
     return next(result for result in reversed(found) if size in (None, result["train_size"]))
 
@@ -28,7 +28,7 @@ def functions_of(result: Mapping[str, Any], feature: str) -> Mapping[str, Any]:
 
 
 def by_feature(protocol: str, title: str = "") -> Callable[[Evaluated], list[str]]:
-    """Return what makes a table of all features, F-measures with the fair ones in brackets."""
+    """Return a function that makes a table of all features, with fair F-measures in brackets."""
 
     def lines(evaluated: Evaluated) -> list[str]:
         result = result_of(evaluated, protocol)
@@ -45,7 +45,7 @@ def feature_row(result: Mapping[str, Any], feature: str, name: str = "") -> list
     return [name or feature.replace("_", " "), *cells]
 
 
-OWN = {  # what the two tables of README call features
+OWN = {  # names of features in the two tables of README
     "points": "the object's own points, same quantities",
     "rules": "rules on height, area, flatness",
     "examiner": "examiner, a person of boxes and a ball",
@@ -53,18 +53,16 @@ OWN = {  # what the two tables of README call features
 
 
 def six_catalogues(fast: Evaluated, bullet: Evaluated) -> list[str]:
-    """Return all features, learnt from the catalogues of which the models that ship are made."""
-    results = [result_of(evaluated, "test") for evaluated in (fast, bullet)]
-    rows = [
-        feature_row(result, SPHERES, f"spheres by `{name}`")
-        for name, result in zip(("fast", "bullet"), results, strict=True)
-    ]
-    rows += [feature_row(results[0], feature) for feature in results[0]["baselines"]]
-    return table([f"test, {results[0]['train_size']:,} training objects", *FUNCTIONS], rows)
+    """Return all features, learnt from the catalogues that the models of the package learn."""
+    result = result_of(fast, "test")
+    rows = [feature_row(result, SPHERES, "spheres by `fast`")]
+    rows.append(feature_row(result_of(bullet, "test"), SPHERES, "spheres by `bullet`"))
+    rows += [feature_row(result, feature) for feature in result["baselines"]]
+    return table([f"test, {result['train_size']:,} training objects", *FUNCTIONS], rows)
 
 
 def overview(*data_sets: Evaluated) -> list[str]:
-    """Return README's table: features by what was learnt.
+    """Return README's table: features by training data.
 
     Parameters
     ----------
@@ -79,17 +77,13 @@ def overview(*data_sets: Evaluated) -> list[str]:
         *([OWN.get(feature, feature.replace("_", " ")), *overview_row(fast, feature)] for feature in features),
         ["the paper, on its authors' 200 models", " / ".join(f"{PAPER[name]:.2f}" for name in FUNCTIONS), "", "", ""],
     ]
-    learnt = (
-        "a random half",
-        "all but one source, each in turn",
-        "`household` alone",
-        "six made-up catalogues, as what ships",
-    )
-    return table(["features", *(f"learnt: {what}" for what in learnt)], rows)
+    learnt = ("a random half", "all but one source, each in turn", "`household` alone")
+    head = [f"learnt: {what}" for what in (*learnt, "six made-up catalogues, as what ships")]
+    return table(["features", *head], rows)
 
 
 def overview_row(data_sets: tuple[Evaluated, ...], feature: str) -> list[str]:
-    """Return the F-measures of one feature: of two protocols on the first data, and where others are learnt."""
+    """Return the F-measures of one feature: by two protocols on the first data, and tested after learning others."""
     results = [result_of(data_sets[0], "random_splits"), result_of(data_sets[0], "leave_one_group_out")]
     results += [result_of(evaluated, "test") for evaluated in data_sets[1:]]
     return [figures(functions_of(result, feature)) for result in results]
@@ -99,13 +93,13 @@ def overview_row(data_sets: tuple[Evaluated, ...], feature: str) -> list[str]:
 FIG_3 = {"cup": ("0.5 cm", "0.80", "0.96"), "table": ("1 cm", "0.85", "0.94"), "sittable": ("0.5 cm", "0.74", "0.92")}
 COLUMNS = ("cup", "table", "sittable", "none")  # of Fig. 4, its rows likewise
 SIZES = (20, 45, 85)
-# Fig. 4, one trial of 100 objects: label -> who was said to have what, by training size.
+# Fig. 4, one trial of 100 objects: rows of the confusion matrix by training size.
 FIG_4 = {
     20: ("10, 0, 0, 6", "0, 20, 0, 2", "1, 0, 6, 15", "2, 8, 0, 33"),
     45: ("11, 0, 0, 5", "0, 18, 0, 4", "1, 3, 13, 6", "1, 2, 3, 34"),
     85: ("12, 0, 0, 4", "0, 21, 0, 1", "1, 2, 18, 1", "2, 3, 6, 29"),
 }
-# Worked out from Fig. 4: F-measures of cup, sittable, table; the column "none"; by how much a matrix exceeds 100.
+# Computed from Fig. 4: F-measures of cup, sittable, table; the column "none"; the excess of a matrix over 100.
 F_OF_FIG_4 = {20: "0.69, 0.43, 0.80", 45: "0.76, 0.68, 0.80", 85: "0.77, 0.78, 0.88"}
 NONE_OF_FIG_4, SEVERAL_OF_FIG_4 = "56, 49, 35 of 100", "3, 1, 0 of 100"
 
@@ -123,84 +117,69 @@ def fig_3(household: Evaluated, models: Evaluated) -> list[str]:
 
 
 def fig_4(household: Evaluated, models: Evaluated) -> list[str]:
-    """Return Fig. 4: who was said to have what, means of ten trials."""
-    rows = [
-        [
-            str(size) if label == "cup" else "",
-            label,
-            matrix,
-            *(confusion_row(result, size, label) for result in (household, models)),
-        ]
-        for size in SIZES
-        for label, matrix in zip(COLUMNS, FIG_4[size], strict=True)
-    ]
+    """Return Fig. 4: confusion matrices, means of ten trials."""
+    rows = []
+    for size in SIZES:
+        for label, matrix in zip(COLUMNS, FIG_4[size], strict=True):
+            ours = [confusion_row(result, size, label) for result in (household, models)]
+            rows.append([str(size) if label == "cup" else "", label, matrix, *ours])
     return table(["training", "labelled", f"the paper: {', '.join(COLUMNS)}", "`household`", "real models"], rows)
 
 
 def confusion_row(evaluated: Evaluated, size: int, label: str) -> str:
-    """Return who of one label was said to have what, the mean of the trials."""
+    """Return the row of one label in the confusion matrix, the mean of the trials."""
     result = result_of(evaluated, "random_splits", size)
     row = result["said"]["confusion"][label]
     return ", ".join(f"{row[name] / result['trials']:.1f}" for name in COLUMNS)
 
 
 def memberships(household: Evaluated, models: Evaluated) -> list[str]:
-    """Return what Fig. 4 says in numbers."""
+    """Return the figures that follow from Fig. 4."""
     both, rows = (household, models), []
     for size in SIZES:
         cells = [figures(result_of(result, "random_splits", size)["functions"], between=", ") for result in both]
-        rows.append(
-            [f"{size}: F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else str(size), F_OF_FIG_4[size], *cells]
-        )
-    for name, paper, words in (
-        ("none", NONE_OF_FIG_4, "no predicted memberships at 20, 45, 85, of those tested"),
-        ("several", SEVERAL_OF_FIG_4, "several memberships"),
-    ):
-        rows.append([words, paper, *(counts(result, name) for result in both)])
+        words = f": F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else ""
+        rows.append([f"{size}{words}", F_OF_FIG_4[size], *cells])
+    without = "no predicted memberships at 20, 45, 85, of those tested"
+    rows.append([without, NONE_OF_FIG_4, *(counts(result, "none") for result in both)])
+    rows.append(["several memberships", SEVERAL_OF_FIG_4, *(counts(result, "several") for result in both)])
     left = [left_out(result_of(result, "leave_one_out")["said"]) for result in both]
     rows.append(["left out one by one: no membership, several", "not given", *left])
     return table(["", "the paper", "`household`", "real models"], rows)
 
 
 def counts(evaluated: Evaluated, name: str) -> str:
-    """Return how many objects had no membership, or several, by training size."""
+    """Return the number of objects with no membership, or with several, by training size."""
     results = [result_of(evaluated, "random_splits", size) for size in SIZES]
     means = ", ".join(f"{result['said']['memberships'][name] / result['trials']:.1f}" for result in results)
     return f"{means} of {results[0]['said']['tested'] / results[0]['trials']:g}"
 
 
 def left_out(confusion: Mapping[str, Any]) -> str:
-    """Return how many objects had no membership, and how many several, each left out once."""
+    """Return the numbers of objects with no membership and with several, each object left out once."""
     return f"{confusion['memberships']['none']}, {confusion['memberships']['several']} of {confusion['tested']}"
 
 
 def by_size(fast: Evaluated, bullet: Evaluated, cubes: Evaluated) -> list[str]:
-    """Return F-measures on random halves by how many objects are learnt."""
-    sizes = [result["train_size"] for result in fast["results"] if result["protocol"] == "random_splits"]
-    rows = []
-    for name, evaluated in (
-        ("spheres by `fast`", fast),
-        ("spheres by `bullet`", bullet),
-        ("spheres, cubes (below)", cubes),
-    ):
-        known = {result["train_size"] for result in evaluated["results"] if result["protocol"] == "random_splits"}
-        row = [
-            figures(result_of(evaluated, "random_splits", size)["functions"], between=" ") if size in known else ""
-            for size in sizes
-        ]
-        rows.append([name, *row])
+    """Return F-measures on random halves by the number of training objects."""
+
+    def by_size_of(evaluated: Evaluated) -> dict[int, str]:
+        results = [result for result in evaluated["results"] if result["protocol"] == "random_splits"]
+        return {result["train_size"]: figures(result["functions"], between=" ") for result in results}
+
+    sizes, rows = list(by_size_of(fast)), []
+    by_feature = {"spheres by `fast`": fast, "spheres by `bullet`": bullet, "spheres, cubes (below)": cubes}
+    for name, evaluated in by_feature.items():
+        known = by_size_of(evaluated)
+        rows.append([name, *(known.get(size, "") for size in sizes)])
     return table(["features", *(f"{size} training objects" for size in sizes)], rows)
 
 
 def cubes_and_paper(paper: Evaluated, cubes: Evaluated) -> list[str]:
-    """Return cubes beside the paper to the letter, by protocol."""
+    """Return the methods `cubes` and `paper` by protocol."""
     rows = [["the paper's own data, as published", "Fig. 3b does not say", "paper", "0.80", "0.74", "0.85"]]
-    for protocol, size in (
-        ("random_splits", 100),
-        ("random_splits", None),
-        ("leave_one_out", None),
-        ("leave_one_group_out", None),
-    ):
+    largest = [(protocol, None) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")]
+    for protocol, size in (("random_splits", 100), *largest):
         for name, evaluated in (("paper", paper), ("cubes", cubes)):
             result = result_of(evaluated, protocol, size)
             cells = [f"{result['functions'][function]['f_measure']:.3f}" for function in FUNCTIONS]
@@ -209,7 +188,7 @@ def cubes_and_paper(paper: Evaluated, cubes: Evaluated) -> list[str]:
 
 
 BY_BULLET = f"{SPHERES} by `bullet`"
-LATER = (COPIES_LEARNT, COPIES_LEARNT + UNSEEN_KIND, HELD)  # behind the spheres, in this order
+ENDINGS = ("", COPIES_LEARNT, COPIES_LEARNT + UNSEEN_KIND, HELD)  # of the names of the spheres' columns, in this order
 
 
 def both_backends(fast: Evaluated, bullet: Evaluated) -> Shares:
@@ -224,15 +203,14 @@ def both_backends(fast: Evaluated, bullet: Evaluated) -> Shares:
 
 
 def joined(fast: Mapping[str, float], bullet: Mapping[str, float]) -> dict[str, float]:
-    """Return the shares of one kind: spheres first, by either backend, then all that needs none."""
-    columns = {SPHERES + behind: SPHERES + behind for behind in ("", *LATER)}
-    other = {SPHERES + behind: BY_BULLET + behind for behind in ("", *LATER)}
-    shares = {new: fast[old] for old, new in columns.items()} | {new: bullet[old] for old, new in other.items()}
+    """Return the shares of one kind: spheres by either backend first, then all baselines."""
+    shares = {SPHERES + ending: fast[SPHERES + ending] for ending in ENDINGS}
+    shares |= {BY_BULLET + ending: bullet[SPHERES + ending] for ending in ENDINGS}
     return shares | {name: share for name, share in fast.items() if name not in shares}
 
 
 def means(fast: Evaluated, bullet: Evaluated) -> list[str]:
-    """Return a row for each feature: the share of useless and harmless copies that are still called by the function."""
+    """Return a row for each feature: the shares of useless and harmless copies still classified by the function."""
     shares, cells = both_backends(fast, bullet), {}
     for function in FUNCTIONS:
         features = list(next(iter(shares[function].values()))["share"])
@@ -244,13 +222,12 @@ def means(fast: Evaluated, bullet: Evaluated) -> list[str]:
 
 
 def unseen_kinds(evaluated: Evaluated) -> list[str]:
-    """Return a row for each way to learn: useless copies still called useful, in the mean and of the worst kind."""
+    """Return a row for each way to learn: useless copies classified as useful, on average and of the worst kind."""
     cells: dict[str, list[str]] = {}
     for function in FUNCTIONS:
         rows = evaluated["impaired"][function].values()
-        for feature in (name for name in next(iter(rows))["share"] if name.startswith((SPHERES, "points"))):
-            if feature.endswith(HELD):
-                continue
+        read = [name for name in next(iter(rows))["share"] if name.startswith((SPHERES, "points"))]
+        for feature in (name for name in read if not name.endswith(HELD)):
             useless = [row["share"][feature] for row in rows if not row["works"]]
             harmless = [row["share"][feature] for row in rows if row["works"]]
             shares = fmean(useless), max(useless), fmean(harmless)

@@ -1,4 +1,4 @@
-"""The commands behind the tables, what each depends on, and the blocks that show what a program printed."""
+"""The commands behind the tables, their dependencies, and the blocks that show the output of programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EVALUATION = (*SHARED, "compare/evaluation/**/*.py")
 COPIES = ("scenes/impairment/**/*.py",)
 HOUSEHOLD = ("scenes/household/**/*.py",)
 BULLET = "spherefunc_bullet/bullet"
-# Without its bodies, objects that are free to move: they are of mechanics, not of labels.
+# Without its bodies, objects that are free to move: mechanics depends on them, labels do not.
 BACKENDS = {"fast": ("fast_sim/**/*.py",), "bullet": (f"{BULLET}/*.py", f"{BULLET}/collision/*.py")}
 BOTH = (*BACKENDS["fast"], *BACKENDS["bullet"])
 
@@ -49,11 +49,10 @@ CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-o
 PAPER = "--method paper --train-sizes 20,45,85"
 PAPER_ON_HOUSEHOLD = labels("household-paper", f"household {PAPER},half --leave-one-out --confusion", *HOUSEHOLD)
 PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one-out --groups --confusion")
-Printed = Sequence[str]  # the lines that a program printed
 
 
-def whole(*printed: Printed) -> list[str]:
-    """Return all that programs printed, an empty line between two."""
+def whole(*printed: Sequence[str]) -> list[str]:
+    """Return the output of programs, separated by empty lines."""
     blocks = ["\n".join(lines).strip("\n") for lines in printed]
     return fenced("\n\n".join(blocks).split("\n"))
 
@@ -69,14 +68,14 @@ TIMED = PRINTED | {"timed": True}
 
 
 def timed(name: str, arguments: str = "", files: tuple[str, ...] = ()) -> Measurement:
-    """Return one of the programs of ``compare/bench``, which take times."""
+    """Return the measurement of one of the programs of ``compare/bench``."""
     command = f"python -m spherefunc_bullet.compare.bench {name} {arguments}".strip()
     modules = ("compare/bench/*.py", *SHARED, *BOTH, *HOUSEHOLD)
     return measured(f"bench-{name}", command, *modules, files=files, **TIMED)
 
 
 def speed(backend: str) -> Measurement:
-    """Return the speed of one simulator."""
+    """Return the measurement of the speed of one simulator."""
     command = f"python -m spherefunc_bullet.compare.bench --backends {backend}"
     return measured(f"bench-{backend}", command, "compare/bench/*.py", *SHARED, *BACKENDS[backend], *HOUSEHOLD, **TIMED)
 
@@ -98,7 +97,7 @@ TASKS = measured("mechanics", f"spherefunc mechanics {MODELS}", *MECHANICAL, fil
 
 
 def shown(name: str, document: str, *measurements: Measurement) -> DocumentTable:
-    """Return the block of what programs printed."""
+    """Return the block with the output of programs."""
     return DocumentTable(name=name, document=document, measurements=measurements, render=whole)
 
 

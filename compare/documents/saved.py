@@ -1,4 +1,4 @@
-"""Measurements: the command as the documents print it, what it depends on, and its saved result.
+"""Measurements: the command as printed in the documents, its dependencies, and its saved result.
 
 A measurement names the code that it measures by patterns; layout, comments and docstrings do not count.
 """
@@ -44,21 +44,21 @@ def digest(content: bytes) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """What is measured by one command."""
+    """One command and its saved result."""
 
-    name: str  # of the file that keeps its result
-    command: str  # as the documents print it
-    modules: tuple[str, ...]  # that it measures, as patterns from the repository's root
-    files: tuple[str, ...] = ()  # other than code
-    json: bool = True  # whether it is asked for JSON; else its lines are kept
-    timed: bool = False  # whether it measures time, so that the processor is said
+    name: str  # of the file with its result
+    command: str  # as printed in the documents
+    modules: tuple[str, ...]  # measured by it, as patterns from the repository's root
+    files: tuple[str, ...] = ()  # other dependencies
+    json: bool = True  # whether its result is JSON, otherwise lines of text
+    timed: bool = False  # whether it measures time, so that documents name the processor
 
     def path(self, root: Path) -> Path:
-        """Return the file that keeps its result."""
+        """Return the file of its result."""
         return root / RESULTS / f"{self.name}.json"
 
     def fingerprint(self, root: Path) -> dict[str, str]:
-        """Return the hash of each file that it depends on, as it is now; of data elsewhere, of what there is."""
+        """Return the current hash of each file on which it depends; missing files of data elsewhere are left out."""
         code = sorted({path for pattern in self.modules for path in root.glob(pattern)})
         files = [*self.files, *(name for name in self.manifests if (root / name).is_file())]
         hashes = {path.relative_to(root).as_posix(): code_hash(path) for path in code}
@@ -70,19 +70,19 @@ class Measurement:
         return [f"{word}/manifest.csv" for word in self.command.split() if word.startswith("../")]
 
     def saved(self, root: Path) -> dict[str, Any]:
-        """Return its file: the result, and when, where and of which code; InputError where there is none."""
+        """Return the content of its file: the result with date, machine and code; InputError without a file."""
         path = self.path(root)
         if not path.is_file():
             raise InputError(f"{path}: expected a saved result, got none; `make tables ONLY={self.name}` makes it")
         return json.loads(path.read_text(encoding="utf-8"))
 
     def changed(self, root: Path) -> list[str]:
-        """Return which files, or its command, are not as they were when it was measured; all where it never was."""
+        """Return the files that have changed since it was measured, and its command if that has changed."""
         if not self.path(root).is_file():
             return [str(RESULTS / self.path(root).name)]
         saved, now = self.saved(root), self.fingerprint(root)
         absent = {name: saved["code"].get(name) for name in self.manifests if name not in now}
-        now |= {name: known for name, known in absent.items() if known is not None}  # nobody can tell
+        now |= {name: known for name, known in absent.items() if known is not None}  # taken as unchanged
         files = [name for name in sorted(saved["code"].keys() | now.keys()) if saved["code"].get(name) != now.get(name)]
         return [*files, *(["its command"] if saved["command"] != self.command else [])]
 
@@ -93,7 +93,7 @@ class Measurement:
         saved = {
             "command": self.command,
             "date": date.today().isoformat(),
-            "seconds": round(time.perf_counter() - start, 1),  # that it took, whatever else the machine did
+            "seconds": round(time.perf_counter() - start, 1),  # whatever else the machine did
             "processor": f"{processor()}, {os.cpu_count()} cores",
             "versions": versions(),
             "code": code,
@@ -104,7 +104,7 @@ class Measurement:
 
 
 def standard_output(command: str, root: Path) -> str:
-    """Return what a command prints that is run by the shell in a folder, with our programs first on the path.
+    """Return the output of a shell command that is run in a folder, with this environment's programs first on the path.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def standard_output(command: str, root: Path) -> str:
 
 
 def commands_of(measurements: Iterable[Measurement], root: Path) -> str:
-    """Return the words that name the commands behind a table, and when they ran."""
+    """Return the commands behind a table in words, with their dates."""
     days: dict[str, list[str]] = {}
     for measurement in measurements:
         saved = measurement.saved(root)
@@ -130,7 +130,7 @@ def commands_of(measurements: Iterable[Measurement], root: Path) -> str:
 
 
 def quoted(commands: Sequence[str]) -> str:
-    """Return commands as a document names them, those that differ by the backend alone at once."""
+    """Return commands as a document prints them; commands that differ only by the backend are joined."""
     words = []
     for command in commands:
         plain = command.removesuffix(BULLET)

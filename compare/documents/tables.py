@@ -1,4 +1,4 @@
-"""A measured table: a block of a document, and whether it still says what the code does."""
+"""A measured table: a block of a document, and whether it is up to date with the code."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def with_blocks(document: str, texts: Mapping[str, str]) -> str:
     return BLOCK.sub(filled, document)
 
 
-OLDER = "*Older than the code:"  # how the line begins that a kept table has to show
+OLDER = "*Older than the code:"  # the beginning of a line that each kept table has to show
 Lines = list[str]
 
 
@@ -51,28 +51,28 @@ class DocumentTable:
     name: str
     document: str  # from the repository's root
     measurements: tuple[Measurement, ...]
-    render: Callable[..., Lines]  # is given the result of each measurement
+    render: Callable[..., Lines]  # is called with the results of the measurements
 
     def text(self, root: Path) -> str:
-        """Return what the document has to say in this block: what was measured, or what was kept in its place."""
+        """Return the text that the document should have in this block: the measured one, or the kept one."""
         return self.measured_text(root) if self.is_measured(root) else self.kept(root).read_text(encoding="utf-8")
 
     def measured_text(self, root: Path) -> str:
-        """Return what the saved results say."""
+        """Return the text of the saved results."""
         results: Sequence[Any] = [measurement.saved(root)["result"] for measurement in self.measurements]
         lines = [*self.render(*results), "", f"Measured by {commands_of(self.measurements, root)}."]
         return "".join(f"{line}\n" for line in lines)
 
     def is_measured(self, root: Path) -> bool:
-        """Return whether the saved results are used: where they are as old as the code, or nothing is kept instead."""
+        """Return whether the saved results are used: if they are up to date, or there is no kept text."""
         return not self.kept(root).is_file() or not any(measurement.changed(root) for measurement in self.measurements)
 
     def kept(self, root: Path) -> Path:
-        """Return the file that holds the block's text where that is older than the code, and says so."""
+        """Return the file of the block's kept text, which is older than the code and says so."""
         return root / RESULTS / "kept" / f"{self.name}.md"
 
     def keep(self, root: Path, why: str):
-        """Keep the block as its document has it, with a visible line that it is older than the code, and why."""
+        """Keep the block of the document, with a visible line that it is older than the code, and why."""
         lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
         text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
         commands = quoted([measurement.command for measurement in self.measurements])
@@ -87,7 +87,7 @@ def read_blocks(root: Path, document: str) -> dict[str, str]:
 
 
 def complaints(root: Path, tables: Iterable[DocumentTable]) -> Lines:
-    """Return a line for each block that is older than its code, or is not what its saved results say."""
+    """Return a line for each block that is older than its code, or differs from its saved results."""
     stale: dict[str, dict[str, DocumentTable]] = {}
     for table in tables:
         stale.setdefault(table.document, {})[table.name] = table
@@ -95,7 +95,7 @@ def complaints(root: Path, tables: Iterable[DocumentTable]) -> Lines:
 
 
 def complaints_of(root: Path, document: str, tables: Mapping[str, DocumentTable]) -> Lines:
-    """Return what is wrong with the blocks of one document."""
+    """Return the complaints about the blocks of one document."""
     blocks = read_blocks(root, document)
     found = [f"{document}: table {name}: expected an entry in the registry" for name in blocks.keys() - tables.keys()]
     for name, table in tables.items():
@@ -107,7 +107,7 @@ def complaints_of(root: Path, document: str, tables: Mapping[str, DocumentTable]
 
 
 def complaint_of(root: Path, table: DocumentTable, block: str) -> str | None:
-    """Return what is wrong with one block, None where nothing is."""
+    """Return the complaint about one block, None if it is up to date."""
     changed = [file for measurement in table.measurements for file in measurement.changed(root)]
     if changed and table.is_measured(root):
         more = f" and {len(changed) - 2} more" if len(changed) > 2 else ""
@@ -133,7 +133,7 @@ def row_line(cells: Sequence[str]) -> str:
 
 
 def fenced(lines: Iterable[str]) -> list[str]:
-    """Return what a program printed."""
+    """Return the output of a program as a block of code."""
     return ["```", *lines, "```"]
 
 

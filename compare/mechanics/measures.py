@@ -1,4 +1,4 @@
-"""All tasks by several backends, and in one sentence each what fidelity buys at what price."""
+"""All tasks by several backends, with one sentence for each on the gain and the cost of fidelity."""
 
 from __future__ import annotations
 
@@ -18,15 +18,21 @@ from .poses import KeepScore, PoseScore, score_keeping, score_poses
 from .sitting import score_sitting
 from .standing import Agreement, ScoredAnswers, StandScore, TaskOutcome, agreement, score_standing
 
-# By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
+# By task, the method that a backend needs; spheres propose places to sit, and some backends can prove them.
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
 TASKS = tuple(ABILITIES)
-CHANCE = 0.05  # two backends differ where so much of chance, or less, explains it
+MEASURES = {
+    "poses": "pose of use ranked first",
+    "standing": "F of sound furniture",
+    "keeping": "F of vessels",
+    "places": "F of seats with a place to sit",
+}
+CHANCE = 0.05  # two backends differ if the p-value is not larger
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskReports:
-    """What backends did of each task, by backend; of a task that was not asked, nothing."""
+    """The results of each task by backend; empty for a task that was not measured."""
 
     poses: dict[str, PoseScore]
     standing: dict[str, StandScore]
@@ -36,38 +42,22 @@ class TaskReports:
 
     @property
     def agreement(self) -> Agreement | None:
-        """How often the first two backends say the same of what stands."""
+        """How often the first two backends agree about standing."""
         pair = list(self.standing.values())[:2]
         return agreement(*pair) if len(pair) == 2 else None
 
     def outcomes(self, task: str) -> list[TaskOutcome]:
-        """Return what each backend did of a task, comparable over tasks."""
-        if task == "poses":
-            return [
-                TaskOutcome(
-                    backend=name,
-                    measure="pose of use ranked first",
-                    value=row.first,
-                    asked=row.asked,
-                    seconds=row.seconds,
-                    right=row.right,
-                )
-                for name, row in self.poses.items()
-            ]
-        measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
-        measures["places"] = ("F of seats with a place to sit", self.places)
-        words, scores = measures[task]
-        return [
-            TaskOutcome(
-                backend=name,
-                measure=words,
-                value=row.score.f_measure,
-                asked=row.score.asked,
-                seconds=row.score.cpu_seconds,
-                right={f"{each.name} {each.kind}": each.true == each.positive for each in row.verdicts},
-            )
-            for name, row in scores.items()
-        ]
+        """Return the results of each backend at a task in a form that all tasks share."""
+        outcomes = []
+        for name, row in getattr(self, task).items():
+            if task == "poses":
+                figures = {"value": row.first, "asked": row.asked, "seconds": row.seconds, "right": row.right}
+            else:
+                right = {f"{each.name} {each.kind}": each.true == each.positive for each in row.verdicts}
+                figures = {"value": row.score.f_measure, "asked": row.score.asked, "seconds": row.score.cpu_seconds}
+                figures["right"] = right
+            outcomes.append(TaskOutcome(backend=name, measure=MEASURES[task], **figures))
+        return outcomes
 
 
 def read_tasks(names: Sequence[str], known: Sequence[str] = TASKS) -> tuple[str, ...]:
@@ -76,7 +66,7 @@ def read_tasks(names: Sequence[str], known: Sequence[str] = TASKS) -> tuple[str,
     Raises
     ------
     InputError
-        If there is no such task.
+        If a task is unknown.
     """
     given = tuple(dict.fromkeys(name.strip() for name in names))
     require_known("tasks", given, known)
@@ -91,14 +81,14 @@ def measured(
     classifier: CloudClassifier | None,
     loading: LoadOptions,
 ) -> TaskReports:
-    """Return what simulators do of tasks, each asked for the tasks that it can do.
+    """Return the results of simulators at the tasks that each of them can do.
 
     Parameters
     ----------
     count : int, optional
-        Objects of each task at most, evenly chosen.
+        The maximum number of objects of each task, evenly chosen.
     classifier : CloudClassifier, optional
-        Which ranks poses; without one, the model that ships.
+        Ranks poses; by default the model of the package.
     """
     if "poses" in tasks and classifier is None:
         classifier = load_model(shipped_model("fast"))
@@ -121,7 +111,7 @@ def measured(
 
 
 def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequence[str]) -> str:
-    """Return in one sentence what fidelity buys at a task, at what price: the last backend beside the first."""
+    """Return in one sentence the gain and the cost of fidelity at a task: the last backend compared with the first."""
     if not outcomes:
         why = f"{', '.join(unable)} cannot do it" if unable else "the data have nothing to ask about"
         return f"{task}: nothing was measured, {why}."
@@ -141,9 +131,9 @@ def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequenc
 
 
 def compare_outcomes(first: TaskOutcome, second: TaskOutcome) -> tuple[bool, float]:
-    """Return whether the second is right more often, and how likely chance alone gives such a difference.
+    """Return whether the second is right more often, and the p-value of the difference.
 
-    An exact sign test of the objects of which one alone is right (McNemar).
+    It is that of an exact sign test on the objects on which only one of them is right (McNemar).
     """
     from scipy.stats import binomtest
 
@@ -155,20 +145,18 @@ def compare_outcomes(first: TaskOutcome, second: TaskOutcome) -> tuple[bool, flo
 
 
 def sentences(mechanics: TaskReports) -> dict[str, str]:
-    """Return for each task that was asked what fidelity buys."""
+    """Return the sentence on each measured task."""
     return {task: benefit_sentence(task, mechanics.outcomes(task), unable) for task, unable in mechanics.unable.items()}
 
 
 def task_reports(mechanics: TaskReports) -> dict[str, dict[str, Any]]:
-    """Return what was measured of each task, ready for JSON, with its sentence."""
-    scores = {task: getattr(mechanics, task) for task in TASKS}
-    sentence_of, same = sentences(mechanics), mechanics.agreement
-    reports = {}
+    """Return the results of each measured task for JSON, with its sentence."""
+    sentence_of, same, reports = sentences(mechanics), mechanics.agreement, {}
     for task, unable in mechanics.unable.items():
         rows = [asdict(row) for row in mechanics.outcomes(task)]
-        more = {name: asdict(row) for name, row in scores[task].items()}
+        more = {name: asdict(row) for name, row in getattr(mechanics, task).items()}
         for row in more.values():
-            row.pop("answers", None)  # the single places of what stands
+            row.pop("answers", None)  # all places of each object that stands
         reports[task] = {"says": sentence_of[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:
         reports["standing"]["agreement"] = same and asdict(same)

@@ -1,4 +1,4 @@
-"""Poses: of an object turned at random, is the pose in which it is used found, and is it the best for its function?"""
+"""Poses: is the pose of use of a randomly turned object found, and is it ranked first for its function?"""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
+from .standing import ScoredAnswers, TaskAnswer, by_main_function, score_of, simulator_answers
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
 
 @dataclass(frozen=True, kw_only=True)
 class PoseScore:
-    """How well one backend finds poses."""
+    """The score of one backend at finding poses."""
 
     backend: str
     asked: int
-    found: float  # share of objects whose upright pose is among them
-    first: float  # the upright pose has the highest score of the object's function
-    likeliest: float  # it is the likeliest pose
-    poses: float  # of an object, in the mean
-    seconds: float  # the median of the poses alone, by the clock
-    right: dict[str, bool]  # by file: the pose of use is ranked first
+    found: float  # share of objects whose upright pose is found
+    first: float  # share of objects whose upright pose has the highest score of their function
+    likeliest: float  # share of objects whose upright pose is the likeliest one
+    poses: float  # mean number of poses of an object
+    seconds: float  # the median of the poses alone, wall time
+    right: dict[str, bool]  # by file: whether the pose of use is ranked first
 
 
 def posed(
     path: Path, simulator: Simulator, loading: LoadOptions, function: str, classifier: CloudClassifier
 ) -> dict[str, float]:
-    """Return whether the pose of a file is found after it was turned at random, as its name says; see `PoseScore`."""
+    """Return whether the pose of a file's object is found after a random turn, seeded by its name; see `PoseScore`."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
     cloud = rotated_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)
     result = simulator.poses(cloud, PoseSettings(), 0)
@@ -61,60 +61,49 @@ def score_poses(
     count: int | None,
     loading: LoadOptions,
 ) -> PoseScore | None:
-    """Return how well a backend finds the poses of objects that have a function; None where none has one."""
+    """Return how well a backend finds the poses of objects that have a function; None without such objects."""
     chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
     answers: dict[str, dict[str, float]] = {}
-    for function in classifier.functions_:
-        of_function = [item for item in chosen if main_function(item, classifier.functions_) == function]
+    for function, of_function in by_main_function(chosen, classifier.functions_).items():
         more = (f"posing by {simulator.name}", loading, function, classifier)
         for item, answer, _ in simulator_answers(posed, of_function, simulator, *more):
             answers[item.path.name] = answer
-    found = list(answers.values())
-    if not found:
+    if not answers:
         return None
-    means = {key: float(np.mean([score[key] for score in found])) for key in ("found", "first", "likeliest", "poses")}
-    return PoseScore(
-        backend=simulator.name,
-        asked=len(found),
-        **means,
-        seconds=float(np.median([score["seconds"] for score in found])),
-        right={name: score["first"] for name, score in answers.items()},
-    )
+    columns = {key: [score[key] for score in answers.values()] for key in next(iter(answers.values()))}
+    seconds, right = float(np.median(columns.pop("seconds"))), {name: row["first"] for name, row in answers.items()}
+    means = {key: float(np.mean(values)) for key, values in columns.items()}
+    return PoseScore(backend=simulator.name, asked=len(answers), **means, seconds=seconds, right=right)
 
 
-def main_function(item: DatasetObject, functions: Sequence[str]) -> str:
-    """Return the one function by which an object's poses are ranked, of several the first by name."""
-    return next(name for name in functions if name in item.functions)
-
-
-OTHERS = ("plate", "tray", "shelf", "shelves", "bookshelf", "bookcase")  # categories, beside all tables
-SHARE = 0.5  # of what it would be filled with, at least, is still in a vessel at the farthest angle
+OTHERS = ("plate", "tray", "shelf", "shelves", "bookshelf", "bookcase")  # categories, in addition to all tables
+SHARE = 0.5  # least share of its filling that a vessel keeps at the largest angle
 WHOLE, OTHER = "whole", "other"
 Curve = tuple[float, ...]  # share kept at each angle
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeepScore(ScoredAnswers):
-    """How well one backend tells vessels, and the mean curves of either side."""
+    """The score of one backend at recognising vessels, with the mean curves of vessels and other objects."""
 
     angles_deg: tuple[float, ...]
-    vessels: Curve  # in the mean
+    vessels: Curve  # mean
     others: Curve
     holed: tuple[HoledScore, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class HoledScore:
-    """What vessels keep that have a hole in the wall at one height."""
+    """What vessels with a hole in the wall at one height keep."""
 
     kind: str
     asked: int
-    kept: Curve  # in the mean
-    classified: float  # share that is still classified as a vessel
+    kept: Curve  # mean
+    classified: float  # share of vessels that are still classified as such
 
 
 def carried(path: Path, simulator: Simulator, loading: LoadOptions, holed: bool) -> dict[str, Curve]:
-    """Return what a file's object keeps, and what is left of that with a hole in it, each by its kind."""
+    """Return what a file's object keeps, and what its copies with a hole keep, by kind."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     variants = {WHOLE: cloud}
     for kind, surface in copies_of(Specimen(cloud, "cup"), path.name, 0, HOLED) if holed else ():
@@ -125,7 +114,7 @@ def carried(path: Path, simulator: Simulator, loading: LoadOptions, holed: bool)
 def score_keeping(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> KeepScore | None:
-    """Return how well a backend tells vessels from what only carries; None where there are none of either."""
+    """Return how well a backend distinguishes vessels from objects that only carry; None if either are missing."""
     vessels = evenly([item for item in objects if "cup" in item.functions], count)
     flat = [item for item in objects if item.category in OTHERS or "table" in item.functions]
     verdicts, seconds = [], []
@@ -137,8 +126,8 @@ def score_keeping(
             curves[WHOLE if true else OTHER].append(whole)
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
-            about = {"name": item.path.name, "kind": item.category, "true": true}
-            verdicts.append(TaskAnswer(**about, positive=whole[-1] >= SHARE, value=whole[-1]))
+            about = {"name": item.path.name, "kind": item.category, "true": true, "value": whole[-1]}
+            verdicts.append(TaskAnswer(**about, positive=whole[-1] >= SHARE))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(
@@ -152,7 +141,7 @@ def score_keeping(
 
 
 def holed_score(kind: str, curves: Sequence[Curve]) -> HoledScore:
-    """Return what vessels with one kind of hole keep."""
+    """Return the score of vessels with one kind of hole."""
     share = float(np.mean([curve[-1] >= SHARE for curve in curves]))
     return HoledScore(kind=kind, asked=len(curves), kept=mean_curve(curves), classified=share)
 

@@ -1,6 +1,6 @@
-"""Places: seats, each beside a copy on which nobody can sit, by whether there is a place to sit.
+"""Places: seats, and for each a copy on which nobody can sit; is there a place to sit?
 
-Spheres propose places; a backend that can prove them lets a person down there, and only what holds counts. Nothing is
+Spheres propose places; a backend that can prove them lowers a person there, and only places that hold count. Nothing is
 learnt.
 """
 
@@ -32,7 +32,7 @@ from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
 FOLDED = 0.1  # metres, how thick a folded chair is
-APART = 0.1  # metres in height: another level
+APART = 0.1  # metres: levels that differ more in height are different levels
 
 
 @needs("level")
@@ -52,7 +52,7 @@ def useless_seats() -> list[Impairment]:
 
 
 def impairs_seat(specimen: Specimen) -> bool:
-    """Return whether the level that is impaired is that of all places to sit; an ottoman beside it stays a seat."""
+    """Return whether all places to sit are on the impaired level; an ottoman next to it would remain a seat."""
     places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
     if not places or level is None:
         return False
@@ -61,9 +61,9 @@ def impairs_seat(specimen: Specimen) -> bool:
 
 
 def places_held(path: Path, simulator: Simulator, loading: LoadOptions) -> dict[str, tuple[float, float]]:
-    """Return of a file's object, and of a useless copy of it, by kind, the share of places to sit that hold.
+    """Return the share of places to sit that hold, on a file's object and on a useless copy of it, by kind.
 
-    And the seconds of processor time that it took to say so.
+    Each comes with the seconds of processor time that it took.
     """
     specimen = Specimen(load_cloud(path, up=loading.up, units=loading.units), SEAT)
     variants = {WHOLE: specimen.cloud} | useless_copy(specimen, path.name)
@@ -71,7 +71,7 @@ def places_held(path: Path, simulator: Simulator, loading: LoadOptions) -> dict[
 
 
 def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
-    """Return one useless copy by its kind, drawn by the object's name from those that can be made."""
+    """Return one useless copy by its kind, chosen at random with the object's name as seed."""
     if not impairs_seat(specimen):
         return {}
     made = {kind.kind: kind.applied(specimen, name, 0) for kind in useless_seats()}
@@ -81,7 +81,7 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
 
 
 def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
-    """Return the share of places to sit that hold, or whether there are any where none can be proven; the seconds."""
+    """Return the share of places to sit that hold, or 1 if there are places but no proofs, and the seconds it took."""
     started = time.process_time()
     places = [place for place in places_of(cloud, scores=SURE) if place.kind == "sit"]
     share = float(bool(places))
@@ -94,7 +94,7 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
 def score_sitting(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> ScoredAnswers | None:
-    """Return how well a backend tells seats from useless copies; None where there are no seats."""
+    """Return how well a backend distinguishes seats from useless copies; None without seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
     for item, held, _ in simulator_answers(places_held, seats, simulator, f"sitting by {simulator.name}", loading):

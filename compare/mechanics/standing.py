@@ -1,7 +1,7 @@
-"""Standing: furniture as it was made against the same with a leg sawn off, or with its legs cut askew.
+"""Standing: sound furniture against copies with a leg sawn off, or with legs cut askew.
 
-Sound is what stands and carries its load wherever spheres come to rest on its seat or top, or nearly: a person on a
-seat, its own weight on a table. Nothing is learnt.
+Furniture is sound if it stands and carries its load at nearly all places where spheres come to rest on its seat or top:
+a person on a seat, its own weight on a table. Nothing is learnt.
 """
 
 from __future__ import annotations
@@ -34,30 +34,30 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, kw_only=True)
 class TaskAnswer:
-    """One object that was asked."""
+    """The answer about one object."""
 
     name: str
     kind: str
     true: bool
     positive: bool
-    value: float  # by which it was classified
+    value: float  # that decides the answer
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskScore:
-    """How well one backend did a task."""
+    """The score of one backend at a task."""
 
     backend: str
     asked: int
     f_measure: float
     precision: float
     recall: float
-    cpu_seconds: float  # of processor time, of one object in the mean
+    cpu_seconds: float  # mean processor time of one object
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScoredAnswers:
-    """How well one backend tells what works from what does not, and what it said of each object."""
+    """The score of one backend at distinguishing objects that work from those that do not, with all its answers."""
 
     score: TaskScore
     verdicts: tuple[TaskAnswer, ...]
@@ -65,14 +65,14 @@ class ScoredAnswers:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskOutcome:
-    """What one backend did of one task, as it can be put beside another's."""
+    """The result of one backend at one task, comparable with another backend's."""
 
     backend: str
-    measure: str  # what the value is
+    measure: str  # the name of the value
     value: float
     asked: int
     seconds: float  # of one object
-    right: dict[str, bool]  # by object
+    right: dict[str, bool]  # by object: whether its answer is correct
 
 
 def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -> TaskScore:
@@ -80,6 +80,14 @@ def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -
     found = quality(np.array([answer.true for answer in verdicts]), np.array([answer.positive for answer in verdicts]))
     shares = {"f_measure": found.f_measure, "precision": found.precision, "recall": found.recall}
     return TaskScore(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
+
+
+def by_main_function(objects: Sequence[DatasetObject], functions: Sequence[str]) -> dict[str, list[DatasetObject]]:
+    """Return objects by the first of some functions that they have."""
+    by: dict[str, list[DatasetObject]] = {function: [] for function in functions}
+    for item in objects:
+        by[next(name for name in functions if name in item.functions)].append(item)
+    return by
 
 
 def simulator_answers(
@@ -94,16 +102,16 @@ def simulator_answers(
 
 
 def timed(function: Callable[..., Answer], path: Path, *more: object) -> tuple[Answer, float]:
-    """Return what a function says of a file, and the seconds of processor time that it took."""
+    """Return a function's answer about a file, and the seconds of processor time that it took."""
     started = time.process_time()
     answer = function(path, *more)
     return answer, time.process_time() - started
 
 
 PERSON = 75.0  # kg
-SHARE = 0.8  # of the places, at least, carry the load of what is sound: with a leg gone, some two thirds do
+SHARE = 0.8  # least share of the places of sound furniture that carry the load: with a leg missing, some two thirds do
 LEVEL_DEG = 5.0  # a slope that still counts as flat, as for `fast`: spheres stay on it
-INSET = 0.05  # metres from the edge at which a weight acts, at least: half the width of what is put there
+INSET = 0.05  # metres: least distance from the edge at which a weight acts, half the width of an object there
 BAND = 0.1  # metres above and below the middle of all places: the seat or the top, not a back or a shelf
 FUNCTIONS = ("sittable", "table")
 PLACES = 60
@@ -115,8 +123,8 @@ class StandAnswer:
 
     kind: str
     stance: Stance
-    tilt_deg: float  # to which it comes to rest
-    carries: np.ndarray  # (P,) bool
+    tilt_deg: float  # at which it comes to rest
+    carries: np.ndarray  # (P,) bool: the places that carry the load
 
     @property
     def sound(self) -> bool:
@@ -130,7 +138,7 @@ class StandAnswer:
 
 
 def standing_answers(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
-    """Return how a file's object stands, and each sawn copy of it that can be made."""
+    """Return how a file's object and each sawn copy of it stand."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
     variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*answer.mesh(), path.name)) for kind, answer in copies)]
@@ -146,9 +154,9 @@ def standing_answer(cloud: Cloud, kind: str, simulator: Simulator, function: str
 
 
 def loaded_places(places: np.ndarray) -> np.ndarray:
-    """Return those of places (P, 3) on the seat or the top at which the weight of what is put there can act.
+    """Return the places (P, 3) on the seat or the top at which a weight can act, away from the edge.
 
-    What is put down has a width, and hardly anybody sits on the very edge.
+    An object that is put down has a width, and hardly anybody sits on the very edge.
     """
     if not len(places):
         return places
@@ -159,7 +167,7 @@ def loaded_places(places: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True)
 class StandScore(ScoredAnswers):
-    """How well one backend tells what is sound."""
+    """The score of one backend at recognising sound furniture."""
 
     answers: dict[str, StandAnswer]  # by file and kind
 
@@ -167,16 +175,12 @@ class StandScore(ScoredAnswers):
 def score_standing(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> StandScore | None:
-    """Return how well a backend tells sound furniture from sawn; None where there is no furniture."""
+    """Return how well a backend distinguishes sound furniture from sawn; None without furniture."""
     chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)
     answers, seconds = {}, []
-    for function in FUNCTIONS:
-        of_function = [
-            item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function
-        ]
-        for item, found, taken in simulator_answers(
-            standing_answers, of_function, simulator, f"standing by {simulator.name}", loading, function
-        ):
+    for function, of_function in by_main_function(chosen, FUNCTIONS).items():
+        more = (f"standing by {simulator.name}", loading, function)
+        for item, found, taken in simulator_answers(standing_answers, of_function, simulator, *more):
             answers |= {f"{item.path.name} {answer.kind}": answer for answer in found}
             seconds.append(taken / len(found))
     if not answers:
@@ -188,7 +192,7 @@ def score_standing(
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """In how many cases two backends say the same."""
+    """The shares in which two backends agree."""
 
     things: int
     verdicts: float
@@ -197,7 +201,7 @@ class Agreement:
 
 
 def agreement(one: StandScore, other: StandScore) -> Agreement:
-    """Return how often two backends say the same of the same objects."""
+    """Return how often two backends agree about the same objects."""
     names = sorted(one.answers.keys() & other.answers.keys())
     pairs = [(one.answers[name], other.answers[name]) for name in names]
     same = np.concatenate([a.carries == b.carries for a, b in pairs])

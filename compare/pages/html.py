@@ -1,4 +1,4 @@
-"""Reports as HTML, and pictures that travel within them."""
+"""Reports as HTML, with their pictures inside."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from PIL.Image import Image
 
 from spherefunc_bullet.viewer.page import display_html, page_html, table_html, viewer_file, viewer_script, viewer_style
 
-COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
+COLOURS = 192  # of each PNG: it takes a third of the bytes without a visible difference
 
 
 def report_page(title: str, parts: Iterable[str], *, displays: bool = False) -> str:
-    """Return a page of parts, which are HTML, under a title, which is plain text; with what draws displays on it."""
+    """Return a page of HTML parts under a title of plain text, with the viewer's script if it has displays."""
     style = viewer_file("report.css", __package__)
     if not displays:
         return page_html(title, parts, style=style)
@@ -40,15 +40,15 @@ def image(picture: Image, alt: str) -> str:
 
 
 def drawing(svg: str, alt: str) -> str:
-    """Return an SVG as an HTML element; as an image, so that names within it meet no others of the page."""
+    """Return an SVG as an HTML image, so that names in it cannot conflict with others of the page."""
     data = base64.b64encode(svg.encode()).decode()
     return f'<img class="drawing" alt="{escape(alt)}" src="data:image/svg+xml;base64,{data}">'
 
 
 def filled_template(name: str, package: str, **values: Any) -> str:
-    """Return a package's template, filled in; values are plain text but for what draws: it escapes by itself.
+    """Return a package's template filled with values, which are escaped as plain text.
 
-    Templates may call `table_html`, `display_html`, `image` and `drawing`.
+    Templates may call `table_html`, `display_html`, `image` and `drawing`, which escape their arguments themselves.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.globals |= {make.__name__: as_markup(make) for make in (table_html, display_html, image, drawing)}
@@ -56,5 +56,5 @@ def filled_template(name: str, package: str, **values: Any) -> str:
 
 
 def as_markup(make: Callable[..., str]) -> Callable[..., Markup]:
-    """Return a function that makes HTML as one whose results a template does not escape again."""
+    """Return a function that makes HTML with its results marked, so that a template does not escape them again."""
     return lambda *arguments, **options: Markup(make(*arguments, **options))

@@ -1,6 +1,6 @@
-"""Figures as a journal wants them: its widths, its size of type, colours that everyone can distinguish, two files each.
+"""Figures in a journal's format: its widths, its font size, colours that everyone can distinguish, two files each.
 
-The PNG is what a manuscript or a slide takes, the SVG what a journal's artist edits; the numbers go beside them.
+The PNG is for a manuscript or a slide, the SVG for editing; the numbers are in a CSV file next to them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DPI = 300
 WRAP = 16  # letters
 INK, GREY, PALE = "#1a1a1a", "#767676", "#c8c8c8"
 
-# Okabe and Ito's colours but the yellow, which is too pale for lines, the darkest first.
+# Okabe and Ito's colours without yellow, which is too pale for lines, the darkest first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
@@ -49,9 +49,9 @@ STYLE = {
 
 @dataclass(frozen=True, kw_only=True)
 class Plate:
-    """One figure of the paper: how it is drawn, its numbers, and the words below it."""
+    """One figure of the paper: its drawing, its numbers, and its caption."""
 
-    stem: str  # of its files
+    stem: str  # of its files' names
     caption: str
     size: tuple[float, float]  # inches
     draw: Callable[[Figure], None]
@@ -59,7 +59,7 @@ class Plate:
 
 
 def look(index: int) -> dict[str, Any]:
-    """Return the colour, marker and line style of a data set's function by its place, no two of them alike."""
+    """Return the colour, marker and line style of a function by its index; no two are the same."""
     return {
         "color": COLOURS[index % len(COLOURS)],
         "marker": MARKERS[index % len(MARKERS)],
@@ -68,19 +68,19 @@ def look(index: int) -> dict[str, Any]:
 
 
 def wrapped(name: str) -> str:
-    """Return a function's name for the side of a figure, a long one in several lines."""
+    """Return a function's name for the side of a figure, in several lines if it is long."""
     return textwrap.fill(name, WRAP, break_long_words=False)
 
 
 def bounded_spread(value: float, spread: float | None) -> tuple[float, float]:
-    """Return how far a bar reaches below and above a value of which none is outside 0 to 1."""
+    """Return the lengths of an error bar below and above a value, limited to 0 to 1."""
     return min(spread or 0.0, value), min(spread or 0.0, 1 - value)
 
 
 def write_plate(plate: Plate, out: Path) -> list[Path]:
-    """Write a figure as PNG, SVG and CSV, what is unknown left empty; return the paths.
+    """Write a figure as PNG, SVG and CSV, with empty cells for unknown values; return the paths.
 
-    Without pyplot, which would look for a display.
+    It does not use pyplot, which would look for a display.
 
     Raises
     ------

@@ -36,21 +36,21 @@ SUPPORTED = 0.9  # of the disc's area
 
 
 def scan_benchmark(file: Path) -> dict[str, object]:
-    """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
+    """Return the numbers of places to put in a scan, and of those that are supported and free, and the seconds.
 
-    Those of surfaces that were seen in part are counted apart, as inferred.
+    Places on surfaces that were seen in part are counted separately, as inferred.
     """
     scan = load_scan(file)
     room = recognise(scan, inference_model(shipped_model("fast", scans=True), "fast"))
     started = time.perf_counter()
-    found = room_places(scan, room)
+    found = [place for places in room_places(scan, room).values() for place in places]
     seconds = time.perf_counter() - started
     points = room.levelling.to_level(scan.points)
     tree, spacing = cKDTree(points[:, :2]), spacing_of(points)
-    kinds = [place.kind for places in found.values() for place in places]
-    row: dict[str, object] = {"file": file.name, "sit": kinds.count("sit"), "seconds": seconds}
+    sits = sum(place.kind == "sit" for place in found)
+    row: dict[str, object] = {"file": file.name, "sit": sits, "seconds": seconds}
     for kind, inferred in (("put", False), ("inferred", True)):
-        put = [one for places in found.values() for one in places if one.kind == "put" and one.inferred == inferred]
+        put = [place for place in found if place.kind == "put" and place.inferred == inferred]
         middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
         good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
         row |= {kind: len(put), f"{kind} good": sum(good)}
@@ -58,13 +58,13 @@ def scan_benchmark(file: Path) -> dict[str, object]:
 
 
 def spacing_of(points: np.ndarray) -> float:
-    """Return the median distance of a point to the next, metres."""
+    """Return the median distance of a point to its nearest neighbour, metres."""
     some = np.random.default_rng(0).integers(len(points), size=2000)
     return float(np.median(cKDTree(points).query(points[some], k=2)[0][:, 1]))
 
 
 def stands_free(near: np.ndarray, middle: np.ndarray, spacing: float) -> bool:
-    """Return whether a disc at a place (3,) is supported by points (N, 3), and none is above it."""
+    """Return whether a disc at a place (3,) is supported by points (N, 3), and there are none above it."""
     steps = np.arange(-DISC, DISC + 1e-9, 0.01)
     offsets = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     disc = middle[:2] + offsets[np.linalg.norm(offsets, axis=1) <= DISC]
@@ -80,14 +80,14 @@ WITHIN_DEG, WITHIN = 30.0, 0.03  # degrees, metres
 
 
 def headings_by_hand(file: Path) -> dict[str, float | None]:
-    """Return the heading of each model, None where it has no back."""
+    """Return the heading of each model, None if it has no back."""
     rows = csv_table(file, "file", "heading_deg")
     with explaining(f"{file}: expected degrees or nothing as heading_deg; got", ValueError, why=" "):
         return {row["file"]: float(row["heading_deg"]) if row["heading_deg"] else None for row in rows}
 
 
 def catalogue_heights(folder: Path) -> dict[str, float]:
-    """Return the height of the seat of each model whose catalogue tells it, metres."""
+    """Return the height of the seat of each model whose catalogue gives it, metres."""
     rows = csv_table(folder / "manifest.csv", "file", "label", "notes")
     notes = {row["file"]: row["notes"] for row in rows if row["label"] == "sittable"}
     found = {file: re.search(r"dropOnTopElevation ([\d.]+) cm", text) for file, text in notes.items()}
@@ -95,7 +95,7 @@ def catalogue_heights(folder: Path) -> dict[str, float]:
 
 
 def seats(options: argparse.Namespace) -> dict[str, object]:
-    """Compare headings with those labelled by hand, and heights with the catalogue's, and say which differ."""
+    """Return the agreement of headings with hand labels, and of heights with the catalogue's, and all differences."""
     headings, heights = headings_by_hand(options.headings), catalogue_heights(options.folder)
     first = {file: best_seat(options.folder / file) for file in sorted({*headings, *heights})}
     backed = [file for file, heading in headings.items() if heading is not None]
@@ -112,13 +112,13 @@ def seats(options: argparse.Namespace) -> dict[str, object]:
 
 
 def best_seat(file: Path) -> Place | None:
-    """Return the best place to sit on an object that is known as a seat."""
+    """Return the best place to sit on a seat."""
     found = [place for place in places_of(load_cloud(file), scores={"sittable": 1.0}) if place.kind == "sit"]
     return found[0] if found else None
 
 
 def faces(place: Place | None, heading: float) -> bool:
-    """Return whether a place faces nearly some way."""
+    """Return whether a place faces nearly a heading."""
     if place is None or place.heading_deg is None:
         return False
     return abs((place.heading_deg - heading + 180) % 360 - 180) <= WITHIN_DEG
@@ -128,15 +128,14 @@ CELLS = 110  # along the largest extent
 
 
 def water_ml(cloud: Cloud) -> float:
-    """Return what a mesh holds, millilitres: per layer, cells from which no way leads out at or below that layer.
+    """Return the capacity of a mesh, millilitres: in each layer, cells that are enclosed at or below that layer.
 
-    Walls are voxels that the surface meets; half of each that borders water is added.
+    Walls are voxels that the surface meets; half of each wall voxel next to water is added.
     """
     mesh = trimesh.Trimesh(cloud.mesh.vertices, cloud.mesh.faces, process=False)
     pitch = float(cloud.size.max()) / CELLS
     wall = np.pad(mesh.voxelized(pitch).matrix, 2)
-    wet = np.zeros_like(wall)
-    below = np.zeros_like(wall)
+    wet, below = np.zeros_like(wall), np.zeros_like(wall)
     for layer in range(2, wall.shape[2] - 2):
         below[:, :, : layer + 1] = True
         dry = ndimage.label(~wall & below)[0]
@@ -147,7 +146,7 @@ def water_ml(cloud: Cloud) -> float:
 
 
 def open_above(wall: np.ndarray, dry: np.ndarray, outside: int, layer: int) -> np.ndarray:
-    """Return the cells of bodies whose uppermost layer is under the sky somewhere."""
+    """Return the cells of enclosed regions whose uppermost layer is open above somewhere."""
     sky = ~np.logical_or.accumulate(wall[:, :, ::-1], axis=2)[:, :, ::-1]
     named = np.unique(dry[:, :, layer][sky[:, :, layer] & (dry[:, :, layer] != outside)])
     return np.isin(dry, named[named > 0])
@@ -167,16 +166,15 @@ def main():
 
 
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
-    """Return the files of one label, each so-and-so-many-th."""
+    """Return every n-th file of one label, or of the category of the options."""
     objects, category = open_dataset(str(options.folder)).objects, options.category
-    paths = [
-        item.path for item in objects if (label in item.functions if category is None else item.category == category)
-    ]
-    return paths[:: options.every]
+    if category is not None:
+        return [item.path for item in objects if item.category == category][:: options.every]
+    return [item.path for item in objects if label in item.functions][:: options.every]
 
 
 def put(options: argparse.Namespace) -> dict[str, object]:
-    """Set a mug, a bottle, a plate and a book down on bare and on laid tables."""
+    """Return the results of setting a mug, a bottle, a plate and a book down on bare and on laid tables."""
     objects, rng, bare, full = put_objects(options.objects or options.folder), np.random.default_rng(0), [], []
     for file in files_of(options, "table"):
         table = load_cloud(file)
@@ -188,7 +186,7 @@ def put(options: argparse.Namespace) -> dict[str, object]:
 
 
 def capacity(options: argparse.Namespace) -> dict[str, object]:
-    """Compare what vessels hold with a flood over voxels."""
+    """Return the capacities of vessels next to those of a flood over voxels."""
     rows = []
     for file in files_of(options, "cup"):
         cloud = load_cloud(file)
@@ -199,7 +197,7 @@ def capacity(options: argparse.Namespace) -> dict[str, object]:
 
 
 def scans(options: argparse.Namespace) -> dict[str, object]:
-    """Look at the places to put of real scans."""
+    """Return the numbers of places to put in real scans."""
     rows = [scan_benchmark(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
     total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}

@@ -1,4 +1,4 @@
-"""What do proofs buy? Objects of sources that were not learnt, and copies of seats on which nobody can sit."""
+"""The benefit of proofs, on objects of sources that were not learnt, and on copies of seats on which nobody can sit."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ NAMED = ("missing", "tilted", "tilted by 25 degrees", "folded", "spikes")
 
 @dataclass(frozen=True, kw_only=True)
 class TriedPlaces:
-    """What became of the places of one kind of one object."""
+    """The places of one kind on one object, and their proofs."""
 
     name: str
     group: str
     true: bool  # whether it has the function
-    score: float  # of the function, from what has learnt other sources
+    score: float  # of the function, by a model of other sources
     places: int
     best: bool  # whether the best place held
-    held: int  # places that did
+    held: int  # number of places that held
     finding: float  # seconds
-    proving: float
+    proving: float  # seconds
 
 
 def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict[str, np.ndarray]]:
-    """Return a folder's objects, and of each function their scores, from what has learnt the other sources."""
+    """Return a folder's objects with their scores of each function, by models that have learnt the other sources."""
     how = drop_config("fast", None, None, 0, "z", "m")
     simulated = simulate_dataset(open_dataset(str(folder)), how, failed=lambda error: say(str(error)))
     labels = labels_of(simulated)
@@ -58,7 +58,7 @@ def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict
 
 
 def try_places(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> TriedPlaces:
-    """Return what becomes of an object's places of one kind: all places to sit, the best of the other kinds."""
+    """Return an object's places of one kind with proofs: of all places to sit, or of the best of the other kinds."""
     started = time.perf_counter()
     places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
     found = time.perf_counter()
@@ -79,38 +79,29 @@ def try_places(cloud: Cloud, item: DatasetObject, kind: str, score: float, known
 
 
 def objects_tried(objects: Sequence[DatasetObject], scores: Mapping[str, np.ndarray], kind: str) -> list[TriedPlaces]:
-    """Return what becomes of each object that has, or may have, a kind's function, but for those that have it also."""
-    function = FUNCTION[kind]
-    may = [
-        row
-        for row, item in enumerate(objects)
-        if function in item.functions or (scores[function][row] >= NO_SEAT and function not in item.also)
-    ]
-    return [
-        try_places(load_cloud(objects[row].path), objects[row], kind, scores[function][row], known_of(scores, row))
-        for row in progress(may, len(may), f"{kind}: using objects")
-    ]
-
-
-def known_of(scores: Mapping[str, np.ndarray], row: int) -> dict[str, float]:
-    """Return the scores of one object."""
-    return {function: float(of_all[row]) for function, of_all in scores.items()}
+    """Return the proofs of each object that has, or may have, a kind's function, except those that have it also."""
+    function, likely = FUNCTION[kind], []
+    for row, item in enumerate(objects):
+        if function in item.functions or (scores[function][row] >= NO_SEAT and function not in item.also):
+            likely.append((item, {name: float(of_all[row]) for name, of_all in scores.items()}))
+    tried = progress(likely, len(likely), f"{kind}: using objects")
+    return [try_places(load_cloud(item.path), item, kind, known[function], known) for item, known in tried]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CopySeats:
-    """Who could sit on one copy of a seat."""
+    """The places to sit on one copy of a seat."""
 
     kind: str
     works: bool  # whether one can sit on such copies
-    assumed: TriedPlaces  # taken for a seat, whatever spheres say of it
-    answered: TriedPlaces | None  # as spheres classify it; None where these say that it is no seat
+    assumed: TriedPlaces  # if it is taken for a seat
+    answered: TriedPlaces | None  # as spheres classify it; None if they classify it as no seat
 
 
 def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, object]:
-    """Return for kinds of copies of seats the shares with a place to sit, and on which a sitter held.
+    """Return for kinds of copies of seats the shares with a place to sit, and those on which a proof holds.
 
-    Where what would be impaired is not all that one sits on, as beside an ottoman, there are no useless copies.
+    If only some of the places to sit would be impaired, as next to an ottoman, there are no useless copies.
     """
     seats = [item for item in objects if SEAT in item.functions][::every]
     rows = [row for item in progress(seats, len(seats), "sitting on copies") for row in sat_on(item)]
@@ -127,7 +118,7 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, obje
 
 
 def sat_on(item: DatasetObject) -> Iterator[CopySeats]:
-    """Yield what becomes of sitters on a seat and on each copy of it."""
+    """Yield the places to sit on a seat and on each copy of it."""
     specimen = Specimen(load_cloud(item.path), SEAT)
     working = [kind for kind in (*IMPAIRMENTS, *IN_USE) if kind.works and SEAT in kind.functions]
     worn = [kind for kind in IN_USE if SEAT in kind.functions and not kind.works]
@@ -139,20 +130,21 @@ def sat_on(item: DatasetObject) -> Iterator[CopySeats]:
         assumed = try_places(cloud, item, "sit", 1.0, SURE)
         known = scores_of(cloud)
         answered = assumed
-        if known[SEAT] <= CLAIMED:  # above that it is sat on as what is surely a seat
+        if known[SEAT] <= CLAIMED:  # otherwise the places are those of a seat
             answered = try_places(cloud, item, "sit", known[SEAT], known) if known[SEAT] >= NO_SEAT else None
         yield CopySeats(kind=kind.kind, works=kind.works, assumed=assumed, answered=answered)
 
 
 def sitters(rows: Iterable[CopySeats]) -> dict[str, float | None]:
-    """Return how many copies there are, and the shares with a place to sit, and with one on which a sitter held."""
+    """Return the number of copies, and the shares with a place to sit, and with one that holds."""
     every = list(rows)
+    classified = [row.answered for row in every]
     return {
         "copies": len(every),
         "proposed": share([row.assumed.places > 0 for row in every]),
         "held": share([row.assumed.held > 0 for row in every]),
-        "proposed as classified": share([row.answered is not None and row.answered.places > 0 for row in every]),
-        "held as classified": share([row.answered is not None and row.answered.held > 0 for row in every]),
+        "proposed as classified": share([tried is not None and tried.places > 0 for tried in classified]),
+        "held as classified": share([tried is not None and tried.held > 0 for tried in classified]),
     }
 
 
@@ -174,33 +166,33 @@ def seconds_taken(folder: Path, every: int) -> dict[str, object]:
 
 
 def milliseconds(taken: Sequence[float]) -> dict[str, float]:
-    """Return how many there are, their median and their largest."""
+    """Return the number of times, their median and the longest."""
     return {"count": len(taken), "median": round(float(np.median(taken)), 1), "most": round(max(taken), 1)}
 
 
 def share(which: Sequence[bool]) -> float | None:
-    """Return the share that is true, to three places; None of nothing."""
+    """Return the share that is true, to three places; None if there is nothing."""
     return round(float(np.mean(which)), 3) if len(which) else None
 
 
 def quality(rows: Sequence[TriedPlaces], predicted: Sequence[bool]) -> dict[str, float]:
-    """Return precision, recall and F-measure of what is said to have the function."""
+    """Return precision, recall and F-measure of predictions of the function."""
     found = validation.quality(np.array([row.true for row in rows], bool), np.array(predicted, bool))
     return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
 
 
 def proofs_benchmark(folder: Path) -> dict[str, object]:
-    """Return what spheres, places and proofs say of objects, and what the verdicts are worth."""
+    """Return the quality of spheres, places and proofs on the objects of a folder, by kind of place."""
     objects, scores = scores_across_sources(folder)
     return {kind: benefit_of_proofs(objects_tried(objects, scores, kind)) for kind in KINDS}
 
 
 def benefit_of_proofs(rows: Sequence[TriedPlaces]) -> dict[str, object]:
-    """Return what places and proofs of one kind add to the spheres' scores, and the shares that have the function."""
+    """Return what places and proofs of one kind add to the spheres' scores, and the shares with the function."""
     called = [one.score > CLAIMED for one in rows]
-    placed = [yes and one.places > 0 for one, yes in zip(rows, called, strict=True)]
-    held = [yes and one.best for one, yes in zip(rows, placed, strict=True)]
-    claims = [one for one, yes in zip(rows, placed, strict=True) if yes]
+    placed = [one.score > CLAIMED and one.places > 0 for one in rows]
+    held = [claimed and one.best for one, claimed in zip(rows, placed, strict=True)]
+    claims = [one for one, claimed in zip(rows, placed, strict=True) if claimed]
     tested = [one for one in rows if one.score >= NO_SEAT and one.places]
     return {
         "spheres": quality(rows, called),
@@ -212,14 +204,13 @@ def benefit_of_proofs(rows: Sequence[TriedPlaces]) -> dict[str, object]:
         "less sure, false": {one.name: one.best for one in tested if one.score <= CLAIMED and not one.true},
         "shares": shares(tested),
         "shares without a source": {
-            group: shares([one for one in tested if one.group != group])
-            for group in sorted({row.group for row in tested})
+            name: shares([one for one in tested if one.group != name]) for name in sorted({one.group for one in tested})
         },
     }
 
 
 def shares(rows: Sequence[TriedPlaces]) -> dict[str, float | None]:
-    """Return what share has the function: of all, of those whose best place held, and of those whose did not."""
+    """Return the share with the function: of all, of those whose best place held, and of those whose did not."""
     return {
         "all": share([row.true for row in rows]),
         "held": share([row.true for row in rows if row.best]),

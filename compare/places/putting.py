@@ -21,11 +21,11 @@ MASS = 0.3  # kg
 
 @dataclass(frozen=True, kw_only=True)
 class StayCounts:
-    """What became of objects set down."""
+    """The numbers of objects that were set down, that stayed, and that touched others."""
 
     asked: int
     stayed: int
-    touched: int  # of them, by what stood there already
+    touched: int  # by objects that stood there already
 
 
 class OwnWorld:
@@ -49,7 +49,7 @@ class OwnWorld:
         p.setCollisionFilterGroupMask(self.table, -1, 1, 2)
 
     def stayed(self, put: Cloud, poses: Sequence[np.ndarray]) -> StayCounts:
-        """Set an object down at several poses, which do not meet each other, and say what becomes of them."""
+        """Set an object down at several poses, where the copies do not touch, and count those that stay."""
         from scipy.spatial.transform import Rotation
 
         p = self.p
@@ -70,24 +70,21 @@ class OwnWorld:
         ends = [p.getBasePositionAndOrientation(body) for body in bodies]
         for body in bodies:
             p.removeBody(body)
-        return StayCounts(
-            asked=len(poses),
-            stayed=sum(is_where_it_was(a, b) for a, b in zip(starts, ends, strict=True)),
-            touched=int(touched.sum()),
-        )
+        stayed = sum(map(is_where_it_was, starts, ends))
+        return StayCounts(asked=len(poses), stayed=stayed, touched=int(touched.sum()))
 
     def beside(self, body: int, height: float) -> bool:
-        """Return whether a body touches something that is higher than what it stands on."""
+        """Return whether a body touches something that is higher than the surface on which it stands."""
         contacts = self.p.getContactPoints(body, self.table)
         return any(contact[6][2] > height + 0.01 and contact[8] < 0 for contact in contacts)
 
     def close(self):
-        """Give the engine back."""
+        """Close the engine."""
         self.p.disconnect()
 
 
 def is_where_it_was(start: tuple, end: tuple) -> bool:
-    """Return whether an object has moved and leant little."""
+    """Return whether an object has hardly moved and tilted."""
     from scipy.spatial.transform import Rotation
 
     moved = np.linalg.norm(np.subtract(end[0], start[0]))
@@ -109,7 +106,7 @@ def put_objects(folder: Path) -> dict[str, Cloud]:
 
 
 def lay_object(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> Cloud | None:
-    """Return a table with a mug, a bottle and a book on it, as one mesh; None where they find no place."""
+    """Return a table with a mug, a bottle and a book on it, as one mesh; None if there is no place for one of them."""
     parts = [(table.mesh.vertices, table.mesh.faces)]
     for name in ("mug", "bottle", "book"):
         poses = [pose for place in put_on(table, objects[name]) for pose in place.poses]
@@ -121,12 +118,12 @@ def lay_object(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator
 
 
 def put_on(cloud: Cloud, put: Cloud) -> list[Place]:
-    """Return where an object can be put."""
+    """Return the places at which an object can be put."""
     return [place for place in places_of(cloud, put=put, scores={}) if place.kind == "put"]
 
 
 def put_benchmark(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, StayCounts | None]:
-    """Return what becomes of each object at random poses on one table; None where there are no poses."""
+    """Return the counts of each object at random poses on one table; None without poses."""
     world, rows = OwnWorld(cloud), {}
     for name, put in objects.items():
         poses = [pose for place in put_on(cloud, put) for pose in place.poses]
@@ -137,7 +134,7 @@ def put_benchmark(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Genera
 
 
 def summary(rows: Sequence[dict[str, StayCounts | None]]) -> dict[str, dict[str, float]]:
-    """Return for each object the poses asked, the share that stayed, those touched, and tables without a pose."""
+    """Return for each object the poses tested, the share that stayed, and the numbers touched and without a pose."""
     results = {}
     for name in rows[0] if rows else ():
         got = [row[name] for row in rows if row[name] is not None]
