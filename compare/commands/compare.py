@@ -39,14 +39,10 @@ def compare(
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Random seed of drops and splits. Default: 0.")] = None,
     repeated: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="Number of objects simulated with a second seed. Default: all if that is fast, else 40."
-        ),
+        int | None, typer.Option(min=1, help="Objects simulated with a second seed. Default: all if fast, else 40.")
     ] = None,
     copied: Annotated[
-        int | None,
-        typer.Option(min=0, help="Number of objects of each function with impaired copies. Default: 4."),
+        int | None, typer.Option(min=0, help="Number of objects of each function with impaired copies. Default: 4.")
     ] = None,
     tasks: Annotated[
         str | None, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places. Default: labels.")
@@ -74,9 +70,9 @@ def compare(
     from ..comparison.page import IMPAIRED, write_report
     from ..figures.impaired_picture import draw_impaired
 
-    given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
-    given |= {"seed": seed, "repeated": repeated, "copied": copied, "miss_limit": miss_limit, "up": up, "units": units}
-    given |= {"tasks": tasks, "task_objects": task_objects}
+    given = dict(backends=backends, shapes=shapes, radii=radii, trials=trials, methods=methods, seed=seed)
+    given |= dict(repeated=repeated, copied=copied, miss_limit=miss_limit, up=up, units=units)
+    given |= dict(tasks=tasks, task_objects=task_objects)
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
         if given:  # which would make it another experiment
@@ -109,7 +105,7 @@ def compare(
 
 @contextmanager
 def continuation_hint(run: Path | None) -> Iterator[None]:
-    """On an interruption, print what is saved and how to continue."""
+    """Print how to continue when the run is interrupted."""
     try:
         yield
     except KeyboardInterrupt:
@@ -121,7 +117,7 @@ def continuation_hint(run: Path | None) -> Iterator[None]:
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     """Return the experiment that options describe.
 
-    A backend that is named has to be installed; of the default ones those that are not are said and left out.
+    Named backends have to be installed; default ones that are not installed are left out, with a message.
     """
     from spherefunc_bullet.learning.method import PROFILE
 

@@ -1,4 +1,4 @@
-"""``spherefunc demo``: the whole way on the built-in catalogue, or a page on which one can try it."""
+"""``spherefunc demo``: all steps on the built-in catalogue, or a page on which to try objects."""
 
 from __future__ import annotations
 

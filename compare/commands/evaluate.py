@@ -41,8 +41,7 @@ def evaluate(
         bool, typer.Option("--corruptions", help="Also test clouds as sensors give them: noise, few points, one view.")
     ] = False,
     copied: Annotated[
-        int | None,
-        typer.Option(min=1, help="With --impaired, --corruptions: objects per function. Default: all."),
+        int | None, typer.Option(min=1, help="With --impaired, --corruptions: objects per function. Default: all.")
     ] = None,
     confusion: Annotated[
         bool, typer.Option("--confusion", help="Also print the confusion matrix and the chosen radii (JSON has them).")
@@ -87,7 +86,7 @@ def evaluate(
     lengths = drop_config.radii
 
     def simulated(some: Dataset) -> Simulated:
-        """Return a data set, simulated."""
+        """Return the runs on a data set."""
         return simulate_dataset(some, drop_config, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(dataset)
@@ -132,7 +131,7 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
 
 
 def measured_tasks(dataset: Dataset, drop_config: DropConfig, tasks: Sequence[str], count: int) -> TaskReports | None:
-    """Return what the backend does of the tasks besides labels; None where there are none."""
+    """Return the results of the backend at the tasks other than labels; None without such tasks."""
     from ..comparison.experiment import LABELS
     from ..mechanics.measures import measured
 

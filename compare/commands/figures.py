@@ -69,7 +69,7 @@ def require_splittable(dataset: Dataset, train_sizes: str):
 
 
 def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
-    """Return the training sizes that fit, and say what stands in for those that do not."""
+    """Return the training sizes that fit, and print the replacement of those that do not."""
     from ..evaluation.protocol import fitting_sizes
 
     sizes, too_large = fitting_sizes(train_sizes, count)
@@ -80,11 +80,10 @@ def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
 
 
 def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
-    """Write all figures, their captions, and how they were made; return the paths."""
+    """Write all figures, their captions, and their settings; return the paths."""
     from spherefunc_bullet.formats.files import write_text
 
-    from ..figures.confusion_matrices import confusion_matrices, learning_curve
-    from ..figures.function_quality import function_quality
+    from ..figures.accuracy import confusion_matrices, function_quality, learning_curve
     from ..figures.histogram_slice import histogram_slice
     from ..figures.membership import membership
     from ..figures.typical_objects import typical_objects
@@ -102,7 +101,7 @@ def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
 
 
 def configuration(data: EvaluatedData, left_out: int) -> dict[str, Any]:
-    """Return what decides the figures."""
+    """Return the settings that decide the figures."""
     from ..machine import versions
 
     simulator = data.drop_config.simulator

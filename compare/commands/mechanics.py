@@ -1,4 +1,4 @@
-"""``spherefunc mechanics``: what rigid bodies tell that geometry cannot, as tasks with known answers."""
+"""``spherefunc mechanics``: tasks with known answers, for which rigid bodies tell more than geometry."""
 
 from __future__ import annotations
 
@@ -14,19 +14,15 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 if TYPE_CHECKING:
     from ..mechanics.measures import TaskReports
     from ..mechanics.poses import KeepScore, PoseScore
-    from ..mechanics.standing import Agreement, ScoredAnswers, StandScore, TaskAnswer
+    from ..mechanics.standing import Agreement, ScoredAnswers, StandScore
 
 
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
-    backends: Annotated[
-        str, typer.Option(help="Simulators to measure; what one cannot do is reported.")
-    ] = "fast,bullet",
+    backends: Annotated[str, typer.Option(help="Simulators; what one cannot do is reported.")] = "fast,bullet",
     tasks: Annotated[str, typer.Option(help="Some of poses, standing, keeping, places.")] = "poses,standing,keeping",
     count: Annotated[int | None, typer.Option(min=1, help="Maximum number of objects for each task.")] = 100,
-    model: Annotated[
-        Path | None, typer.Option(help="Model that ranks poses. Default: the model that comes with the package.")
-    ] = None,
+    model: Annotated[Path | None, typer.Option(help="Model that ranks poses. Default: the package's model.")] = None,
     json: Json = False,
 ):
     """Measure how well simulators find poses, detect sawn furniture, and classify vessels by what they keep."""
@@ -45,7 +41,7 @@ def mechanics(
 
 
 def print_measured(found: TaskReports):
-    """Print the results of backends for each task, and a sentence on the benefit of the dearer one."""
+    """Print the results of backends for each task, and a sentence on the benefit of the dearer backend."""
     from ..mechanics.measures import sentences
 
     for task, unable in found.unable.items():
@@ -64,12 +60,11 @@ def print_measured(found: TaskReports):
 
 
 def print_pose_scores(scores: list[PoseScore]):
-    """Print how well poses are found."""
-    rows = [
-        [score.backend, str(score.asked), f"{score.found:.3f}", f"{score.first:.3f}", f"{score.likeliest:.3f}"]
-        + [f"{score.poses:.1f}", f"{score.seconds:.3f}"]
-        for score in scores
-    ]
+    """Print the scores of poses."""
+    rows = []
+    for score in scores:
+        shares = [f"{share:.3f}" for share in (score.found, score.first, score.likeliest)]
+        rows.append([score.backend, str(score.asked), *shares, f"{score.poses:.1f}", f"{score.seconds:.3f}"])
     head = ["poses", "objects", "upright found", "best for its function", "likeliest", "poses each", "median s"]
     print_table("Objects turned at random: the pose in which they are used", head, rows)
     for score in scores:
@@ -77,21 +72,19 @@ def print_pose_scores(scores: list[PoseScore]):
             show(f"{score.backend}, not the best: {', '.join(missed)}")
 
 
-def print_verdicts(title: str, first: str, scores: Sequence[ScoredAnswers]):
-    """Print how well backends distinguish what works from what does not, and what was misclassified."""
-    rows = [
-        [score.score.backend, str(score.score.asked)]
-        + [f"{value:.3f}" for value in (score.score.f_measure, score.score.precision, score.score.recall)]
-        + [f"{score.score.cpu_seconds:.2f}"]
-        for score in scores
-    ]
+def print_verdicts(title: str, first: str, answered: Sequence[ScoredAnswers]):
+    """Print how well backends distinguish objects that work from those that do not, and the misclassified ones."""
+    rows = []
+    for score in (answers.score for answers in answered):
+        shares = [f"{value:.3f}" for value in (score.f_measure, score.precision, score.recall)]
+        rows.append([score.backend, str(score.asked), *shares, f"{score.cpu_seconds:.2f}"])
     print_table(f"\n{title}", [first, "objects", "F", "precision", "recall", "processor s each"], rows)
-    for score in scores:
-        print_wrong(score.score.backend, score.verdicts)
+    for answers in answered:
+        print_wrong(answers)
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
-    """Print how well sound furniture is distinguished from sawn, and how far two backends agree."""
+    """Print the scores of standing, and the agreement of two backends."""
     print_verdicts("Furniture whole, with a leg sawn off, with its legs cut askew: is it sound?", "standing", scores)
     if same is not None:
         show(
@@ -101,29 +94,24 @@ def print_stand_scores(scores: list[StandScore], same: Agreement | None):
 
 
 def print_keep_scores(scores: list[KeepScore]):
-    """Print how well vessels are classified by what they keep."""
-    for score in scores:
-        curves = {"vessels": score.vessels, "plates, trays, shelves, tables": score.others}
-        curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in score.holed}
+    """Print the scores of keeping, with the mean curves."""
+    for keeping in scores:
+        score, curves = keeping.score, {"vessels": keeping.vessels, "plates, trays, shelves, tables": keeping.others}
+        curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in keeping.holed}
         rows = [[what, *(f"{share:.2f}" for share in curve)] for what, curve in curves.items()]
-        head = ["mean share kept at", *(f"{angle:g}°" for angle in score.angles_deg)]
-        print_table(f"\nKeeping, {score.score.backend}, {score.score.asked} objects", head, rows)
-        for holed in score.holed:
-            words = holed.kind.replace("_", " ")
+        head = ["mean share kept at", *(f"{angle:g}°" for angle in keeping.angles_deg)]
+        print_table(f"\nKeeping, {score.backend}, {score.asked} objects", head, rows)
+        for holed in keeping.holed:
             still = f"{round(holed.classified * holed.asked)} of {holed.asked}"
-            show(f"{words} % of the depth: {still} still classified as vessels")
-        quality = (
-            f"F {score.score.f_measure:.3f}, precision {score.score.precision:.3f}, recall {score.score.recall:.3f}"
-        )
-        show(
-            f"half kept at {score.angles_deg[-1]:g}° is a vessel: {quality}; "
-            f"{score.score.cpu_seconds:.2f} processor s each"
-        )
-        print_wrong(score.score.backend, score.verdicts)
+            show(f"{holed.kind.replace('_', ' ')} % of the depth: {still} still classified as vessels")
+        quality = f"F {score.f_measure:.3f}, precision {score.precision:.3f}, recall {score.recall:.3f}"
+        rule = f"half kept at {keeping.angles_deg[-1]:g}° is a vessel"
+        show(f"{rule}: {quality}; {score.cpu_seconds:.2f} processor s each")
+        print_wrong(keeping)
 
 
-def print_wrong(backend: str, verdicts: tuple[TaskAnswer, ...]):
-    """Print what was misclassified."""
-    wrong = [f"{score.name} ({score.value:.2f})" for score in verdicts if score.true != score.positive]
+def print_wrong(answers: ScoredAnswers):
+    """Print the objects that were misclassified."""
+    wrong = [f"{answer.name} ({answer.value:.2f})" for answer in answers.verdicts if answer.true != answer.positive]
     if wrong:
-        show(f"{backend}, misclassified: {', '.join(wrong)}")
+        show(f"{answers.score.backend}, misclassified: {', '.join(wrong)}")

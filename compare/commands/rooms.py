@@ -1,4 +1,4 @@
-"""``spherefunc rooms``: how well rooms are taken apart and labelled, measured on virtual ones."""
+"""``spherefunc rooms``: how well rooms are segmented and labelled, measured on virtual ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spherefunc_bullet.scenes.commands.scene import Completion, Proposals
 
 if TYPE_CHECKING:
     from ..rooms.matching import Row
-    from ..rooms.trials import Condition, RoomTrial
+    from ..rooms.trials import Condition
 
 
 def rooms(
@@ -36,9 +36,7 @@ def rooms(
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     completion: Completion = None,
     proposals: Proposals = None,
-    cut_out: Annotated[
-        bool, typer.Option("--cut-out", help="Also classify objects cut out by the ground truth.")
-    ] = False,
+    cut_out: Annotated[bool, typer.Option("--cut-out", help="Also classify objects cut out by ground truth.")] = False,
     backend: Backend = "fast",
     radii: Radii = None,
     method: Method = "cubes",
@@ -84,29 +82,23 @@ def rooms(
     )
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, jobs)
-    learnt = str(model) if model else "the other half"
-    about = head_of(trial, dataset.name, learnt, make_simulator(folds[0].model.simulator).name)
-    show(about, [total.row(condition) for condition, total in counts.items()], report, json)
-    failures.exit()
-
-
-def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> Row:
-    """Return how rooms were furnished, scanned and classified."""
-    return {
-        "data": data,
-        "model": model,
-        "backend": backend,
+    about = {
+        "data": dataset.name,
+        "model": str(model) if model else "the other half",
+        "backend": make_simulator(folds[0].model.simulator).name,
         "tolerance": trial.settings.cluster_tolerance,
         "completion": list(trial.completion),
         "proposals": list(trial.proposals),
         "lived_in": asdict(trial.lived_in),
         "resolution": asdict(trial.resolution),
-        "seed": trial.seed,
+        "seed": seed,
     }
+    show(about, [total.row(condition) for condition, total in counts.items()], report, json)
+    failures.exit()
 
 
 def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
-    """Print what was measured, and write the report."""
+    """Print the results, and write the report."""
     if report is not None:
         from ..rooms.exam import write_report
 
@@ -120,49 +112,43 @@ def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
 
 
 def print_segmentation(about: Row, measured: Sequence[Row]):
-    """Print how many objects were found."""
+    """Print the numbers of objects found."""
     steps = "+".join(about["completion"]) or "none"
     kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
-    print_table(
+    title = (
         f"Rooms of {about['data']}, {about['backend']}, learnt from {about['model']}; completion {steps}, tolerance "
-        f"{100 * about['tolerance']:g} cm{f'; {kinds} of the rooms' if kinds else ''}. Objects at IoU 0.5",
-        ["scan", "noise", "rooms", "points", "objects", "hidden", "found", "recall", "precision"],
-        [
-            [row["views"], f"{row['noise']:g}", str(row["rooms"]), f"{row['points'] // row['rooms']:,}"]
-            + [str(row["objects"]), str(row["hidden"]), str(row["segmentation"]["hits"])]
-            + [figure(row["segmentation"]["recall"]), figure(row["segmentation"]["precision"])]
-            for row in measured
-        ],
     )
+    title += f"{100 * about['tolerance']:g} cm{f'; {kinds} of the rooms' if kinds else ''}. Objects at IoU 0.5"
+    rows = []
+    for row in measured:
+        found, points = row["segmentation"], f"{row['points'] // row['rooms']:,}"
+        counts = [str(row["rooms"]), points, str(row["objects"]), str(row["hidden"]), str(found["hits"])]
+        rows.append([row["views"], f"{row['noise']:g}", *counts, figure(found["recall"]), figure(found["precision"])])
+    head = ["scan", "noise", "rooms", "points", "objects", "hidden", "found", "recall", "precision"]
+    print_table(title, head, rows)
 
 
 def print_labels(measured: Sequence[Row]):
-    """Print how well functions are classified: from the scan, from objects cut out by the truth, from whole models."""
-    names = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole")
-    print_table(
-        "\nFunctions",
-        ["scan", "noise", "function", "F", "precision", "recall", "F, cut out by truth", "F, whole models"],
-        [
-            [row["views"], f"{row['noise']:g}", function, *(figure(row_of[name]) for name in names)]
-            for row in measured
-            for function, row_of in row["functions"].items()
-        ],
-    )
+    """Print the quality of functions: from the scan, for objects cut out by the ground truth, and for whole models."""
+    names, rows = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole"), []
+    for row in measured:
+        for function, quality in row["functions"].items():
+            rows.append([row["views"], f"{row['noise']:g}", function, *(figure(quality[name]) for name in names)])
+    head = ["scan", "noise", "function", "F", "precision", "recall", "F, cut out by truth", "F, whole models"]
+    print_table("\nFunctions", head, rows)
 
 
 def print_seconds(measured: Sequence[Row]):
-    """Print what each stage of recognition took, mean over rooms."""
-    stages = list(measured[0]["seconds"])
-    rows = [
-        [row["views"], f"{row['noise']:g}", *(f"{row['seconds'][name]:.2f}" for name in stages)]
-        + [f"{sum(row['seconds'].values()):.2f}"]
-        for row in measured
-    ]
+    """Print the seconds of each stage of recognition, mean over rooms."""
+    stages, rows = list(measured[0]["seconds"]), []
+    for row in measured:
+        seconds = [*(row["seconds"][name] for name in stages), sum(row["seconds"].values())]
+        rows.append([row["views"], f"{row['noise']:g}", *(f"{value:.2f}" for value in seconds)])
     print_table("\nSeconds a room", ["scan", "noise", *stages, "all"], rows)
 
 
 def figure(value: float | None) -> str:
-    """Return a figure for a table; a dash where there is none."""
+    """Return a figure for a table; a dash if there is none."""
     return "–" if value is None else f"{value:.3f}"
 
 
@@ -172,7 +158,7 @@ def conditions(views: str, noise: str) -> tuple[Condition, ...]:
     Raises
     ------
     InputError
-        If they are no such lists.
+        If a list is not valid.
     """
     from spherefunc_bullet.scenes.virtual_rooms.scans import parse_views
 
@@ -182,8 +168,5 @@ def conditions(views: str, noise: str) -> tuple[Condition, ...]:
     numbers, levels = [parse_views(view) for view in views.split(",")], parse_numbers("--noise", noise, expected)
     if min(levels) < 0:
         raise InputError(f"--noise {noise!r}: expected {expected}")
-    return tuple(
-        Condition(views=number, noise=level)
-        for number in numbers
-        for level in (levels if number is not None else [0.0])
-    )
+    pairs = [(number, level) for number in numbers for level in ([0.0] if number is None else levels)]
+    return tuple(Condition(views=number, noise=level) for number, level in pairs)

@@ -18,8 +18,7 @@ from spherefunc_bullet.console import fail, run, say
 from spherefunc_bullet.errors import InputError
 
 from . import evaluations, measurements
-from .saved import Measurement
-from .tables import DocumentTable, Lines, complaints, read_blocks, with_blocks
+from .tables import DocumentTable, Lines, Measurement, complaints, read_blocks, with_blocks
 
 RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
 BOTH = tuple(measurements.ON_MODELS.values())

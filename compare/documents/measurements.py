@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .saved import Measurement
-from .tables import DocumentTable, fenced
+from .tables import DocumentTable, Measurement, fenced
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
 SIX = "household build/impaired build/household-{1,2,3,4,5}"

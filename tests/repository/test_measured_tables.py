@@ -11,8 +11,17 @@ import pytest
 from checkout import ROOT
 
 from spherefunc_bullet.compare.documents.__main__ import TABLES, due, measure, wanted, write_tables
-from spherefunc_bullet.compare.documents.saved import Measurement, code_hash, quoted
-from spherefunc_bullet.compare.documents.tables import BLOCK, OLDER, DocumentTable, blocks_of, complaints, with_blocks
+from spherefunc_bullet.compare.documents.tables import (
+    BLOCK,
+    OLDER,
+    DocumentTable,
+    Measurement,
+    blocks_of,
+    code_hash,
+    complaints,
+    quoted,
+    with_blocks,
+)
 from spherefunc_bullet.errors import InputError
 
 SPEED = 'from .model import DROPS\n\n\ndef speed():\n    """Return drops a second."""\n    return 2 * DROPS\n'
