@@ -181,7 +181,11 @@ def naive_run(case: Case, drops: int) -> PeerRun:
 
 def measured(name: str, case: Case, centers: np.ndarray, drops: int, seconds: float) -> PeerRun:
     """Return the result of a peer, with its settled centres (S, 3), metres, measured against the mesh itself."""
-    apart_by = spheres_apart(centers) / case.radius - 2
+    from scipy.spatial import cKDTree
+
+    apart_by = np.full(len(centers), np.inf)
+    if len(centers) > 1:
+        apart_by = cKDTree(centers).query(centers, k=2)[0][:, 1] / case.radius - 2
     clear = mesh_distances(load_cloud(case.path).mesh, centers) / case.radius - 1
     return PeerRun(
         name=name,
@@ -193,13 +197,6 @@ def measured(name: str, case: Case, centers: np.ndarray, drops: int, seconds: fl
         moved=0.0,
         hanging=int((np.minimum(apart_by, clear) > HANGING).sum()),
     )
-
-
-def spheres_apart(centers: np.ndarray) -> np.ndarray:
-    """Return each centre's distance (S,) to the nearest other one."""
-    from scipy.spatial import cKDTree
-
-    return cKDTree(centers).query(centers, k=2)[0][:, 1] if len(centers) > 1 else np.full(len(centers), np.inf)
 
 
 def mesh_distances(mesh: Mesh, centers: np.ndarray) -> np.ndarray:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -85,13 +84,15 @@ def compare(
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    with continuation_hint(run):
+    try:
         comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
         experiment = repeatable(experiment, comparison)
-        shares = None
-        if experiment.copied:
-            shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs)
+        shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs) if experiment.copied else None
         figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
+    except KeyboardInterrupt:
+        where = "the cache" if run is None else str(run)
+        say(f"spherefunc: stopped; every run that ended is kept in {where}, the same command goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
     if report is not None:
         if shares:
             draw_impaired(shares, report / IMPAIRED)
@@ -101,17 +102,6 @@ def compare(
     else:
         print_report(figures)
     failures.exit()
-
-
-@contextmanager
-def continuation_hint(run: Path | None) -> Iterator[None]:
-    """Print how to continue when the run is interrupted."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        where = "the cache" if run is None else str(run)
-        say(f"spherefunc: stopped; every run that ended is kept in {where}, the same command goes on from there")
-        raise typer.Exit(INTERRUPTED) from None
 
 
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,9 +16,6 @@ from ..evaluation import TRAIN_SIZES
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
     from spherefunc_bullet.datasets.dataset import Dataset
-    from spherefunc_bullet.settling.cached_runs import DropConfig
-
-    from ..mechanics.measures import TaskReports
 
 
 def evaluate(
@@ -70,12 +66,13 @@ def evaluate(
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
+    from ..comparison.experiment import LABELS
     from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
-    from ..mechanics.measures import task_reports
+    from ..mechanics.measures import measured, task_reports
     from .compare import parse_tasks
     from .mechanics import print_measured
 
@@ -110,9 +107,11 @@ def evaluate(
         rates = corruption_rates(learnt, tested, drop_config, chosen, copied=copied, jobs=jobs, failed=failures.add)
         if picture is not None:
             draw_corruptions(rates, picture)
-    mechanics = measured_tasks(dataset, drop_config, task_names, task_objects)
-    reports = None if mechanics is None else task_reports(mechanics)
-    print_results(about, results, json, shares, confusion, reports, rates)
+    mechanics, others = None, [name for name in task_names if name != LABELS]
+    if others:
+        simulators = {drop_config.simulator.name: drop_config.simulator}
+        mechanics = measured(dataset.objects, simulators, others, task_objects, None, drop_config.loading)
+    print_results(about, results, json, shares, confusion, mechanics and task_reports(mechanics), rates)
     if mechanics is not None and not json:
         print_measured(mechanics)
     failures.exit()
@@ -128,12 +127,3 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
         require_ending(picture)
     if len(data) > 1 and test is None:
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
-
-
-def measured_tasks(dataset: Dataset, drop_config: DropConfig, tasks: Sequence[str], count: int) -> TaskReports | None:
-    """Return the results of the backend at the tasks other than labels; None without such tasks."""
-    from ..comparison.experiment import LABELS
-    from ..mechanics.measures import measured
-
-    others, simulators = [name for name in tasks if name != LABELS], {drop_config.simulator.name: drop_config.simulator}
-    return measured(dataset.objects, simulators, others, count, None, drop_config.loading) if others else None

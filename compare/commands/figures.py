@@ -12,8 +12,6 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, progress, say, show
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.datasets.dataset import Dataset
-
     from ..figures.evaluated_data import EvaluatedData
 
 SIZES = "20,45,85"  # the paper's
@@ -35,48 +33,34 @@ def figures(
     json: options.Json = False,
 ):
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
-    from spherefunc_bullet.batch.simulated import simulate_dataset
+    from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.learning.method import find_cube_method
 
-    from ..evaluation.protocol import Protocol
+    from ..evaluation.protocol import Protocol, fitting_sizes, labels_of, require_enough
     from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
     chosen = find_cube_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method)
     dataset = open_dataset(data)
-    require_splittable(dataset, train_sizes)
-    prepare_folder(out)
-    simulated = simulate_dataset(dataset, drop_config, jobs=jobs, failed=failures.add)
-    protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
-    evaluated = evaluate_data(simulated, drop_config, chosen, protocol)
-    written = write_figures(evaluated, out, failures.count)
-    print_json([str(path) for path in written]) if json else show("\n".join(map(str, written)))
-    failures.exit()
-
-
-def require_splittable(dataset: Dataset, train_sizes: str):
-    """Raise InputError if no figure could be drawn, before the simulation, which may take hours."""
-    from spherefunc_bullet.batch.simulated import Simulated
-
-    from ..evaluation.protocol import fitting_sizes, labels_of, require_enough
-
+    # Errors of data from which no figure can be drawn come before the simulation, which may take hours.
     labels_of(Simulated(dataset.name, dataset.objects, ()))
     require_enough(dataset.name, len(dataset))
     fitting_sizes(train_sizes, len(dataset))
-
-
-def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
-    """Return the training sizes that fit, and print the replacement of those that do not."""
-    from ..evaluation.protocol import fitting_sizes
-
+    prepare_folder(out)
+    simulated = simulate_dataset(dataset, drop_config, jobs=jobs, failed=failures.add)
+    count = len(simulated.objects)
     sizes, too_large = fitting_sizes(train_sizes, count)
     if too_large:
         listed = ", ".join(map(str, too_large))
         say(f"{listed} training examples are more than half of the {count} objects; drawn with {count // 2} instead")
-    return sizes
+    protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed)
+    evaluated = evaluate_data(simulated, drop_config, chosen, protocol)
+    written = write_figures(evaluated, out, failures.count)
+    print_json([str(path) for path in written]) if json else show("\n".join(map(str, written)))
+    failures.exit()
 
 
 def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import norm
 
-from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import CUBES
@@ -176,8 +176,13 @@ def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreem
 def displays_of(
     comparison: Comparison, cases: Sequence[Disagreement], loading: LoadOptions
 ) -> list[tuple[Disagreement, Display]]:
-    """Return some disagreements with their displays; files that no longer exist are left out."""
-    displays = []
+    """Return some disagreements with their displays; files that no longer exist are left out.
+
+    They begin with the radius at which spheres are seen best, of those that most simulators have.
+    """
+    displays, radii = [], [radius for entry in comparison.entries for radius in entry.radii]
+    most = max(map(radii.count, radii))
+    common = [radius for radius in radii if radii.count(radius) == most]
     for case in cases:
         try:
             cloud = load_cloud(comparison.simulated.objects[case.row].path, up=loading.up, units=loading.units)
@@ -187,7 +192,7 @@ def displays_of(
             entry.name: [layer(entry, case.row, radius) for radius in entry.radii] for entry in comparison.entries
         }
         panels = [Panel(title=name, layers=of_entry) for name, of_entry in layers.items()]
-        displays.append((case, display(cloud, panels, first_radius(comparison, cloud))))
+        displays.append((case, display(cloud, panels, fitting_radius(common, cloud.size, SPHERES_ACROSS))))
     return displays
 
 
@@ -200,10 +205,3 @@ def layer(entry: ComparedRun, row: int, radius: float) -> Layer:
     note += f", in {record.seconds[radius]:.3g} s"
     note += f"; the first {len(centers):,} are drawn." if len(centers) < settled else "."
     return Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note)
-
-
-def first_radius(comparison: Comparison, cloud: Cloud) -> float:
-    """Return the radius at which spheres are seen best, of those that most simulators have, metres."""
-    radii = [radius for entry in comparison.entries for radius in entry.radii]
-    most = max(map(radii.count, radii))
-    return fitting_radius([radius for radius in radii if radii.count(radius) == most], cloud.size, SPHERES_ACROSS)

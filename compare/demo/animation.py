@@ -83,14 +83,6 @@ class AnimatedDrops:
         return render_coloured(*args, shown=(low, high))
 
 
-def fall_of(part: AnimatedObject, cloud: Cloud) -> AnimatedDrops:
-    """Return the drops on one object, the same number in each frame."""
-    settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
-    result = make_simulator("fast").drop(cloud, settings, 0)
-    landed = np.flatnonzero(result.outcomes == Outcome.SETTLED) / part.drops * (FRAMES - AIRBORNE) + 1
-    return AnimatedDrops(cloud=cloud, part=part, centers=result.centers, landed=landed)
-
-
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
     """Return the scores (C, F) of one object after each of `COUNTED` drops; 0 before the first."""
     counts = [count for count in COUNTED if count]
@@ -115,9 +107,12 @@ def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, 
 
 
 def drawn_part(part: AnimatedObject, cloud: Cloud, model: FunctionModel) -> list[Image.Image]:
-    """Return the frames of one object."""
-    fall, scores = fall_of(part, cloud), scores_after(cloud, model)
-    frames = []
+    """Return the frames of one object: the same number of drops in each, and the scores after some drops."""
+    settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
+    result = make_simulator("fast").drop(cloud, settings, 0)
+    landed = np.flatnonzero(result.outcomes == Outcome.SETTLED) / part.drops * (FRAMES - AIRBORNE) + 1
+    fall = AnimatedDrops(cloud=cloud, part=part, centers=result.centers, landed=landed)
+    scores, frames = scores_after(cloud, model), []
     for number in range(FRAMES + 1):
         at = min(number * len(COUNTED) // FRAMES, len(COUNTED) - 1)
         label = f"scores after {COUNTED[at]} drops at each radius"

@@ -185,11 +185,9 @@ class DocumentTable:
 
     def text(self, root: Path) -> str:
         """Return the text that the document should have in this block: the measured one, or the kept one."""
-        return self.measured_text(root) if self.is_measured(root) else self.kept(root).read_text(encoding="utf-8")
-
-    def measured_text(self, root: Path) -> str:
-        """Return the text of the saved results."""
-        results: Sequence[Any] = [measurement.saved(root)["result"] for measurement in self.measurements]
+        if not self.is_measured(root):
+            return self.kept(root).read_text(encoding="utf-8")
+        results = [measurement.saved(root)["result"] for measurement in self.measurements]
         lines = [*self.render(*results), "", f"Measured by {commands_of(self.measurements, root)}."]
         return "".join(f"{line}\n" for line in lines)
 
@@ -218,21 +216,16 @@ def read_blocks(root: Path, document: str) -> dict[str, str]:
 
 def complaints(root: Path, tables: Iterable[DocumentTable]) -> Lines:
     """Return a line for each block that is older than its code, or differs from its saved results."""
-    stale: dict[str, dict[str, DocumentTable]] = {}
+    by_document: dict[str, dict[str, DocumentTable]] = {}
     for table in tables:
-        stale.setdefault(table.document, {})[table.name] = table
-    return [line for name, some in stale.items() for line in complaints_of(root, name, some)]
-
-
-def complaints_of(root: Path, document: str, tables: Mapping[str, DocumentTable]) -> Lines:
-    """Return the complaints about the blocks of one document."""
-    blocks = read_blocks(root, document)
-    found = [f"{document}: table {name}: expected an entry in the registry" for name in blocks.keys() - tables.keys()]
-    for name, table in tables.items():
-        if name not in blocks:
-            found.append(f"{document}: table {name}: expected its markers")
-        elif line := complaint_of(root, table, blocks[name]):
-            found.append(f"{document}: table {name}: {line}")
+        by_document.setdefault(table.document, {})[table.name] = table
+    found = []
+    for document, known in by_document.items():
+        blocks = read_blocks(root, document)
+        wrong = {name: "expected an entry in the registry" for name in blocks.keys() - known.keys()}
+        for name, table in known.items():
+            wrong[name] = complaint_of(root, table, blocks[name]) if name in blocks else "expected its markers"
+        found += [f"{document}: table {name}: {line}" for name, line in wrong.items() if line]
     return found
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -56,19 +57,11 @@ class ImpairedSet:
         """The number of whole objects."""
         return len(self.labels) - len(self.copies)
 
-    def made_of(self, row: int) -> tuple[str, str]:
-        """Return the function of a copy's original, and the copy's kind."""
-        return function_of(self.simulated.objects[self.originals[row]]), self.copies[row].kind
-
-    def column_and_kind(self, row: int) -> tuple[int, str]:
-        """Return the column of the function of a copy's original, and the copy's kind."""
-        function, kind = self.made_of(row)
-        return self.labels.functions.index(function), kind
-
-    def made_as(self, column: int, kind: str) -> np.ndarray:
-        """Return the rows of all copies of one kind of objects with one function."""
-        copies = range(len(self.copies))
-        return self.whole + np.array([row for row in copies if self.column_and_kind(row) == (column, kind)], int)
+    @cached_property
+    def made(self) -> list[tuple[str, str]]:
+        """The function of each copy's original, and the copy's kind."""
+        objects = self.simulated.objects
+        return [(function_of(objects[row]), copy.kind) for row, copy in zip(self.originals, self.copies, strict=True)]
 
     def with_copies(self, split: Split, unseen: str | None = None) -> Split:
         """Return a split that also learns the copies of its training objects, except those of one kind."""
@@ -190,10 +183,11 @@ def scores_for_unseen_kinds(impaired: ImpairedSet, read: ProfileFeatures, splits
     alone = [replace(read, labels=impaired.labels.of_function(column)) for column in range(predicted[0].shape[1])]
     tested, work = [], []
     for where, split in enumerate(splits):
-        for column, kind in sorted({impaired.column_and_kind(row) for row in split.test - impaired.whole}):
+        for made in sorted({impaired.made[row] for row in split.test - impaired.whole}):
+            column, kind = impaired.labels.functions.index(made[0]), made[1]
+            rows = impaired.whole + np.flatnonzero([each == made for each in impaired.made])
             tested.append((where, column))
-            of_kind = impaired.with_copies(split, unseen=kind).testing(impaired.made_as(column, kind))
-            work.append((alone[column], [of_kind]))
+            work.append((alone[column], [impaired.with_copies(split, unseen=kind).testing(rows)]))
     for (where, column), trial in zip(tested, trials_of(work), strict=True):
         predicted[where][np.searchsorted(splits[where].test, trial.rows), column] = trial.predicted[:, 0]
     return predicted
@@ -230,7 +224,7 @@ def shares_of(impaired: ImpairedSet, splits: Sequence[Split], predicted: Mapping
     rows = np.concatenate([split.test for split in splits]) - impaired.whole
     called = {name: np.concatenate(answers) for name, answers in predicted.items()}
     shares: Shares = {}
-    made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
+    made = np.array([impaired.made[row] for row in rows])  # (T, 2) function and kind
     for column, function in enumerate(impaired.labels.functions):
         for impairment in IMPAIRMENTS:  # whole first, useless, harmless
             of_kind = (made == [function, impairment.kind]).all(axis=1)

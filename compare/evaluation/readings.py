@@ -143,13 +143,6 @@ def calibrated_across_sources(read: ProfileFeatures, objects: Sequence[DatasetOb
     return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))
 
 
-def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> ProfileFeatures:
-    """Return the same quantities of the objects' own points, as a baseline for the spheres."""
-    points = of_each(partial(points_as_drops, radii=radii), simulated.records)
-    groups = copy_groups_in(simulated.objects)
-    return profiled(points, labels, FunctionClassifier(radii=radii), copy_groups=groups)
-
-
 def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
     """Return an object's own points in place of settled spheres: as far apart as spheres, in random order."""
     points = voxel_centers(record)
@@ -186,8 +179,10 @@ def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMeth
 
 def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:
     """Return all baselines: the objects' own points, shapes and related work."""
-    points = points_profiled(simulated, labels_of(simulated), radii)
-    return {POINTS: points} | shapes_read(simulated, radii, method)
+    points = of_each(partial(points_as_drops, radii=radii), simulated.records)
+    groups, classifier = copy_groups_in(simulated.objects), FunctionClassifier(radii=radii)
+    read = profiled(points, labels_of(simulated), classifier, copy_groups=groups)  # by the same quantities
+    return {POINTS: read} | shapes_read(simulated, radii, method)
 
 
 def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, FeatureMethod]:

@@ -35,7 +35,8 @@ class Slice:
 
 def histogram_slice(data: EvaluatedData) -> Plate:
     """Return Fig. 2: spheres at rest, the cubes around them, and the number of spheres in each cube."""
-    cut = most_telling_slice(data)
+    shown = [exhibit.index for exhibit in exhibits(data) if exhibit.score is not None]
+    cut = max((cut_slice(data, index, axis) for index in shown for axis in (0, 1)), key=variety)
     points = data.cloud(cut.index).points
     across, up = np.ptp(frame(cut, points[:, [cut.axis, 2]]), axis=0)
     name = data.simulated.objects[cut.index].path.name
@@ -54,13 +55,6 @@ def histogram_slice(data: EvaluatedData) -> Plate:
             for (x, z), count in zip(cut.cubes, cut.counts, strict=True)
         ],
     )
-
-
-def most_telling_slice(data: EvaluatedData) -> Slice:
-    """Return the most informative slice of typical members, seen from the front and from the side."""
-    shown = [exhibit.index for exhibit in exhibits(data) if exhibit.score is not None]
-    slices = [cut_slice(data, index, axis) for index in shown for axis in (0, 1)]
-    return max(slices, key=variety)
 
 
 def variety(cut: Slice) -> tuple[bool, int]:

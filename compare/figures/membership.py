@@ -83,7 +83,11 @@ def draw_membership(figure: Figure, data: EvaluatedData):
     panels[0].set_xlim(-0.01 * end - 0.7, 1.01 * end + 0.7)
     name_groups(panels[-1], groups, end)
     figure.supylabel("leave-one-out score", fontsize=8)
-    figure.legend(handles=key_entries(), loc="outside upper center", ncols=5, columnspacing=1.4, handletextpad=0.3)
+    # In grey, since each panel has its own shape and colour.
+    marks = [each for _, each in marked(*np.zeros((3, 1), bool), {"marker": "o", "color": GREY, "markersize": 4})]
+    words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
+    keys = [Line2D([], [], linestyle="none", label=label, **each) for each, label in zip(marks, words, strict=True)]
+    figure.legend(handles=keys, loc="outside upper center", ncols=5, columnspacing=1.4, handletextpad=0.3)
 
 
 def draw_panel(axes: Axes, data: EvaluatedData, groups: list[Group], column: int):
@@ -115,14 +119,6 @@ def marked(
         (~members & predicted & ~also, wrong | {"marker": "x", "markersize": 1.2 * size}),
         (~members & predicted & also, wrong | {"marker": "+", "markersize": 1.5 * size}),
     ]
-
-
-def key_entries() -> list:
-    """Return the legend's entries, in grey, since each panel has its own shape and colour."""
-    words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
-    every = marked(*np.zeros((3, 1), bool), {"marker": "o", "color": GREY, "markersize": 4})
-    pairs = zip(every, words, strict=True)
-    return [Line2D([], [], linestyle="none", label=label, **marks) for (_, marks), label in pairs]
 
 
 def name_groups(axes: Axes, groups: list[Group], end: float):

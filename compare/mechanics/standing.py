@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.console import passed, say
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.profiles.columns import outline_of
@@ -142,15 +142,13 @@ def standing_answers(path: Path, simulator: Simulator, loading: LoadOptions, fun
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
     variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*answer.mesh(), path.name)) for kind, answer in copies)]
-    return [standing_answer(variant, kind, simulator, function) for kind, variant in variants]
-
-
-def standing_answer(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
-    """Return how one object stands under its load."""
-    load = PERSON if function == "sittable" else body_of(cloud, Material()).mass
-    places = resting_places(cloud)
-    result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), loaded_places(places), 0)
-    return StandAnswer(kind=kind, stance=result.stance, tilt_deg=result.tilt_deg, carries=result.carries)
+    answers = []
+    for kind, variant in variants:
+        load = PERSON if function == "sittable" else body_of(variant, Material()).mass
+        settings, places = StandSettings(load=load, most_places=PLACES), loaded_places(resting_places(variant))
+        found = simulator.stands(variant, settings, places, 0)
+        answers.append(StandAnswer(kind=kind, stance=found.stance, tilt_deg=found.tilt_deg, carries=found.carries))
+    return answers
 
 
 def loaded_places(places: np.ndarray) -> np.ndarray:

@@ -46,7 +46,9 @@ def scan_benchmark(file: Path) -> dict[str, object]:
     found = [place for places in room_places(scan, room).values() for place in places]
     seconds = time.perf_counter() - started
     points = room.levelling.to_level(scan.points)
-    tree, spacing = cKDTree(points[:, :2]), spacing_of(points)
+    some = points[np.random.default_rng(0).integers(len(points), size=2000)]
+    spacing = float(np.median(cKDTree(points).query(some, k=2)[0][:, 1]))  # to the nearest other point, metres
+    tree = cKDTree(points[:, :2])
     sits = sum(place.kind == "sit" for place in found)
     row: dict[str, object] = {"file": file.name, "sit": sits, "seconds": seconds}
     for kind, inferred in (("put", False), ("inferred", True)):
@@ -55,12 +57,6 @@ def scan_benchmark(file: Path) -> dict[str, object]:
         good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
         row |= {kind: len(put), f"{kind} good": sum(good)}
     return row
-
-
-def spacing_of(points: np.ndarray) -> float:
-    """Return the median distance of a point to its nearest neighbour, metres."""
-    some = np.random.default_rng(0).integers(len(points), size=2000)
-    return float(np.median(cKDTree(points).query(points[some], k=2)[0][:, 1]))
 
 
 def stands_free(near: np.ndarray, middle: np.ndarray, spacing: float) -> bool:

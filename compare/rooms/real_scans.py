@@ -20,9 +20,9 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import prepare_folder, writing
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.scenes.recognition.recognition import Room, compile_kernels, recognise
+from spherefunc_bullet.scenes.recognition.recognition import compile_kernels, recognise
 from spherefunc_bullet.scenes.report.picture import room_picture
-from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
+from spherefunc_bullet.scenes.scans.scan import load_scan
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
 
@@ -76,19 +76,6 @@ def scan_files(data: Path, only: str) -> list[Path]:
     return paths
 
 
-def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> Row:
-    """Return what was recognised in one scan."""
-    return {
-        "scan": path.name,
-        "points": len(scan),
-        "up_from": room.levelling.source,
-        "objects": len(room.objects),
-        "functional": sorted(name for item in room.objects for name in item.members),
-        "seconds": round(seconds, 2),
-        "stages": {name: round(lap, 3) for name, lap in room.stages.items()},
-    }
-
-
 def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: ScanResults):
     """Recognise one scan and add its results.
 
@@ -100,7 +87,15 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
     truth, scan = true_objects(path), load_scan(path, report=say)
     started = time.process_time()  # of one core, whatever else is running
     room = recognise(scan, model)
-    row = scan_row(path, scan, room, time.process_time() - started)
+    row = {
+        "scan": path.name,
+        "points": len(scan),
+        "up_from": room.levelling.source,
+        "objects": len(room.objects),
+        "functional": sorted(name for item in room.objects for name in item.members),
+        "seconds": round(time.process_time() - started, 2),
+        "stages": {name: round(lap, 3) for name, lap in room.stages.items()},
+    }
     if truth is not None:
         recognised = recognised_in(scan, room)
         verdicts = match_objects(truth, recognised)
@@ -110,7 +105,10 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
         units = {OBJECT: verdicts, PLACE: match_places(truth, scan, room, recognised)}
         measured.examined.append(BenchmarkScan(source=source_of(path), verdicts=units))
     measured.rows.append(row)
-    write_picture(pictures, path, scan, room)
+    if pictures is not None and may_be_shown(path):  # a small picture of few colours, for the documents
+        file = pictures / f"scene_{path.stem}.png"
+        with writing(file):
+            room_picture(scan, room, size=(560, 420)).quantize(96).save(file, optimize=True)
 
 
 def main(
@@ -205,14 +203,6 @@ def plain(some: int, of: int) -> str:
 
 
 RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of licences that forbid publishing
-
-
-def write_picture(folder: Path | None, path: Path, scan: Scan, room: Room):
-    """Write a small picture of few colours, for the documents, of a scan whose licence allows it."""
-    if folder is not None and may_be_shown(path):
-        file = folder / f"scene_{path.stem}.png"
-        with writing(file):
-            room_picture(scan, room, size=(560, 420)).quantize(96).save(file, optimize=True)
 
 
 def may_be_shown(path: Path) -> bool:

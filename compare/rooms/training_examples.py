@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 
 import joblib
@@ -84,18 +85,13 @@ class TrainingExample:
     surroundings: np.ndarray  # (S,) quantities of its surroundings
 
 
-def scans_of(room: VirtualRoom, setup: ScanSetup, seed: int) -> Iterator[VirtualScan]:
-    """Yield the scans of a room: one of the whole room, and close-ups of objects."""
-    resolution, sensor = Resolution(leaf=setup.leaf, points=None), Kinect(window=setup.window, blur=setup.blur)
-    yield scan_room(room, setup.views, setup.noise, seed, resolution, sensor)
-    yield from close_ups(room, setup.close, setup.noise, seed, sensor)
-
-
 def room_examples(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier, seed: int) -> list[TrainingExample]:
     """Return the training examples of a room: all proposals in its scans."""
     places_of = [resting_places(placed, model) for placed in room.objects]
+    resolution, sensor = Resolution(leaf=setup.leaf, points=None), Kinect(window=setup.window, blur=setup.blur)
+    of_room = [scan_room(room, setup.views, setup.noise, seed, resolution, sensor)]
     examples = []
-    for view, scan in enumerate(scans_of(room, setup, seed)):
+    for view, scan in enumerate(chain(of_room, close_ups(room, setup.close, setup.noise, seed, sensor))):
         visible = [share_visible(scan, number, places) for number, places in enumerate(places_of)]
         for place, example in enumerate(proposed_examples(scan.points, scan.labels, model.simulator)):
             name = f"{room.name}_{view}_{example.by}_{place}"

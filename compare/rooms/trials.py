@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -146,11 +146,11 @@ def run_trial(folds: Sequence[Fold], trial: RoomTrial, failed: Failed, jobs: int
     """
     from joblib import Parallel, delayed
 
-    rooms = list(furnished_rooms(folds, trial, failed))
-    for fold in folds:
-        own_rooms = [room for room, room_fold in rooms if room_fold is fold]
-        fold.settle_whole_models(placed.item for room in own_rooms for placed in room.objects)
-    tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
+    tasks, how = [], {"seed": trial.seed, "failed": failed, "lived_in": trial.lived_in}
+    for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
+        rooms = list(furnish_lived_in(fold.dataset, count, **how))
+        fold.settle_whole_models(placed.item for room in rooms for placed in room.objects)
+        tasks += [delayed(room_counts)(room, fold, trial) for room in rooms]
     total = dict.fromkeys(trial.conditions, ConditionCounts())
     for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):
         total = summed(total, counts)
@@ -164,13 +164,6 @@ def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Conditi
         scan = scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution)
         counts[condition] = scan_counts(scan, fold, trial)
     return counts
-
-
-def furnished_rooms(folds: Sequence[Fold], trial: RoomTrial, failed: Failed) -> Iterator[tuple[VirtualRoom, Fold]]:
-    """Yield the rooms of all folds, each with its fold."""
-    for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
-        for room in furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in):
-            yield room, fold
 
 
 def shares(total: int, parts: int) -> list[int]:
