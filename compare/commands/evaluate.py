@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 def evaluate(
     data: Annotated[
         list[str],
-        typer.Argument(
-            metavar="DATA...", help="Folders with manifest.csv, or names of catalogues; several with --test."
-        ),
+        typer.Argument(metavar="DATA...", help="Folders with manifest.csv, or catalogues; several with --test."),
     ],
     test: Annotated[str | None, typer.Option(help="Train on all of DATA and test on this data set.")] = None,
     trials: Annotated[int, typer.Option(min=1, help="Number of random equal splits.")] = 10,
@@ -46,9 +44,7 @@ def evaluate(
         Path | None, typer.Option(help="With --impaired or --corruptions: draw it as .png or .svg.")
     ] = None,
     tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places.")] = "labels",
-    task_objects: Annotated[
-        int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
-    ] = 100,
+    task_objects: Annotated[int, typer.Option(min=1, help="Maximum number of objects of each task but labels.")] = 100,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = options.DEFAULT_METHOD,

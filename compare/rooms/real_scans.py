@@ -113,13 +113,9 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
 
 def main(
     data: Annotated[Path, typer.Argument(help="Folder of scans, with NAME_boxes.csv or NAME_instances.csv.")],
-    model: Annotated[
-        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
-    ] = None,
+    model: Annotated[Path | None, typer.Option(help="A model file. Default: the package's model.")] = None,
     only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
-    pictures: Annotated[
-        Path | None, typer.Option(help="Folder for pictures of scans whose licence allows them.")
-    ] = None,
+    pictures: Annotated[Path | None, typer.Option(help="Folder for pictures of scans whose licence allows it.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")] = False,
 ):
     """Measure recognition on real scans."""

@@ -116,12 +116,8 @@ def print_list():
 
 
 def main(
-    data: Annotated[
-        str, typer.Argument(help="Models that furnish the rooms; the model for scans must not have learnt them.")
-    ],
-    stages: Annotated[str, typer.Option(help="Names of some settings, separated by commas.")] = ",".join(
-        settings.STAGES
-    ),
+    data: Annotated[str, typer.Argument(help="Models that furnish the rooms, not learnt by the model for scans.")],
+    stages: Annotated[str, typer.Option(help="Names of settings, separated by commas.")] = ",".join(settings.STAGES),
     rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
     seed: Annotated[int, typer.Option(min=0)] = 0,
     listed: Annotated[bool, typer.Option("--list", help="Only list all settings.")] = False,

@@ -176,9 +176,7 @@ def print_report(report: dict[str, Any]):
 
 
 def main(
-    data: Annotated[
-        list[str], typer.Argument(help="Training data: catalogues, models by other people, copies of both.")
-    ],
+    data: Annotated[list[str], typer.Argument(help="Training data: catalogues, models by other people, copies.")],
     backend: options.Backend = "fast",
     model: Annotated[Path | None, typer.Option(help="A model trained on DATA, whose quantities are used.")] = None,
     seed: options.Seed = 0,
