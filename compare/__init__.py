@@ -1,4 +1,4 @@
-"""Compare: the paper's experiments, simulators beside each other, figures, benchmarks and the demo.
+"""Compare: the paper's experiments, comparisons of simulators, figures, benchmarks and the demo.
 
 May import `scenes` and the shared stack; simulators come through the registry, never by import.
 """

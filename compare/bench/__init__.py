@@ -1,4 +1,4 @@
-"""Bench: how fast simulators and batches are, beside a peer in the same run.
+"""Bench: the speed of simulators, answers and scans, next to peers in the same run.
 
-May import the shared stack and `machine`; no test measures time, this does.
+May import the shared stack and `machine`; tests do not measure time.
 """

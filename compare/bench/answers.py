@@ -1,4 +1,4 @@
-"""The cost of answers: a process, a label and its steps, questions of mechanics, and the stages of a scan.
+"""The cost of answers: a process, an answer and its steps, questions of mechanics, and the stages of a scan.
 
     python -m spherefunc_bullet.compare.bench answers [--backend fast] [--repeats 5]
     python -m spherefunc_bullet.compare.bench labels DATA [--backends fast,bullet] [--count 40]

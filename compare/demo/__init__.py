@@ -1,4 +1,4 @@
-"""Demo: the whole way on the built-in catalogue, and the pictures of the documents.
+"""Demo: all steps on the built-in catalogue, and the pictures of the documents.
 
 May import `evaluation`, `comparison` and `pages`; nothing imports it.
 """

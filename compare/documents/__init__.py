@@ -1,1 +1,1 @@
-"""Measured tables of README and docs, each written from saved results of the command beside it."""
+"""Measured tables of README and docs, each written from the saved results of the command below it."""

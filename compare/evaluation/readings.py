@@ -45,7 +45,7 @@ class UseChecks:
         return UseChecks(fallen=self.fallen[rows], uses=tuple(self.uses[row] for row in rows))
 
     def excluded(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the functions that are ruled out for objects with scores (T, F), (T, F) bool, and who fails in use."""
+        """Return the functions ruled out by scores (T, F), (T, F) bool, and which objects fail in use, (T,) bool."""
         failed = [
             () if self.fallen[row] else failed_uses(np.array(functions)[row_scores > THRESHOLD], self.uses[row])
             for row, row_scores in zip(rows, scores, strict=True)

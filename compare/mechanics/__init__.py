@@ -1,1 +1,1 @@
-"""What rigid bodies tell and geometry cannot: poses, standing, keeping, places to sit, as tasks with known answers."""
+"""Tasks with known answers for which rigid bodies tell more than geometry: poses, standing, keeping, places to sit."""

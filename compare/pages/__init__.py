@@ -1,4 +1,4 @@
-"""Pages: HTML, plates and pictures that the reports and figures are made of.
+"""Pages: HTML, plates and pictures of the reports and figures.
 
 May import only the shared stack; knows no experiment.
 """

@@ -1,1 +1,1 @@
-"""Benchmarks of places: by another world, by water, by catalogues and by labels set by hand."""
+"""Benchmarks of places: by a separate simulation, by water, by catalogues and by hand labels."""

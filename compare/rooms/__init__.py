@@ -1,4 +1,4 @@
-"""Rooms: how well scans are taken apart and labelled, virtual rooms with their truth and real ones (§IV-C).
+"""Rooms: how well scans are segmented and labelled, of virtual rooms with ground truth and of real ones (§IV-C).
 
 May import `pages`, `scenes` and the shared stack.
 """

@@ -1,22 +1,22 @@
-"""Agents that try an object, after Bar-Aviv and Rivlin: it is for whatever an agent can do with it.
+"""Agents that try an object, after Bar-Aviv and Rivlin: it has a function if an agent can use it accordingly.
 
 E. Bar-Aviv and E. Rivlin, "Functional 3D object classification using simulation of embodied agent", BMVC 2006 (the
 paper's [18]): for each function an agent is set on the object in many poses, and the object has the function if in one
 of them the agent's constraints are met. Theirs is a jointed person in a physics engine. Here an agent is a few boxes,
 or a ball, whose places relative to each other are fixed; it is let down on the object from above at every place of a
-grid and in every heading, and asked whether it fits, is supported, and is free above:
+grid and in every heading, to find out whether it fits, is supported, and is free above:
 
 sittable
     A seated person: a box for the trunk, one for the thighs in front of it, one for the lower legs in front of these.
-    The trunk comes down on the object between 35 and 55 cm above the ground, and half of its base at least is carried;
-    nothing rises higher under the thighs; nothing taller than 10 cm stands where the feet are.
+    The trunk rests on the object between 35 and 55 cm above the ground, and at least half of its base is supported;
+    nothing is higher under the thighs; nothing taller than 10 cm stands where the feet are.
 table
-    The same person at a table: a place setting comes to lie between 60 and 80 cm above the ground, and three quarters
-    of it at least, an oval mat's share of its box, lie on what is level; the knees go under it from the front, and
+    The same person at a table: a place setting rests between 60 and 80 cm above the ground, and at least three quarters
+    of it, the share of an oval mat in its box, lie on a level surface; the knees fit under it from the front, and
     nothing taller than 10 cm stands where the person sits.
 cup
-    A ball as large as a sip. It is let down on the object, and moved along it in all directions. It is held where it
-    cannot leave without being lifted by its own diameter, and the object is one that a hand can take hold of.
+    A ball as large as a sip. It is let down on the object, and moved along it in all directions. The object holds it if
+    it cannot leave without being lifted by its own diameter, and if a hand can grasp the object.
 
 Lengths are those of people (hip breadth, buttock to knee, knee height: medians of adults) and of a place setting;
 they were set before any model was looked at, and nothing is fitted to labels.
@@ -38,21 +38,21 @@ from ..features import of_each
 from ..protocol import Labels, Split
 from .rules import NOTHING, TopView, functions_by_rules, top_view
 
-SQUARE = 0.02  # metres between the places that a person tries
+SQUARE = 0.02  # metres between the places that are tried
 TURNS = (0.0, 30.0, 60.0)  # degrees; with quarter turns, a heading every 30 degrees
 BROAD = 0.36  # metres: a person's breadth
 TRUNK, THIGHS, FEET = 0.30, 0.18, 0.14  # metres from back to front: 48 cm from the back to the hollow of the knee
 SEAT = (0.35, 0.55)  # metres above the ground
-SOFT = 0.05  # metres that a cushion gives way
-FOOTREST = 0.10  # metres: what is lower is stepped on
+SOFT = 0.05  # metres by which a cushion is compressed
+FOOTREST = 0.10  # metres: lower objects are stepped on
 BOARD, ALONG = 0.60, 0.40  # metres, a place setting from left to right and from front to back
 TOP = (0.60, 0.80)  # metres above the ground
 MAT = 0.75  # of a place setting
-LEVEL = 0.02  # metres: what a mat bridges, and what thighs do not mind
-KNEES, UNDER = 0.55, 0.30  # metres: how high knees are, and how far they go under a top
-AROUND = TRUNK + THIGHS + FEET  # metres of ground beside an object that a person may need
+LEVEL = 0.02  # metres: unevenness that a mat bridges, and that thighs tolerate
+KNEES, UNDER = 0.55, 0.30  # metres: the height of knees, and their reach under a top
+AROUND = TRUNK + THIGHS + FEET  # metres of ground around an object that a person may need
 SIP = 0.03  # metres, the diameter of a ball of 14 ml
-HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and a wine glass's height
+HAND, TALLEST = 0.12, 0.25  # metres: the span of a hand, and the height of a wine glass
 
 
 def functions_by_agents(record: ObjectRecord) -> frozenset[str]:
@@ -68,7 +68,7 @@ def functions_by_agents(record: ObjectRecord) -> frozenset[str]:
 
 
 def headings(record: ObjectRecord) -> Iterator[tuple[TopView, TopView]]:
-    """Yield an object's top view, and that of what is lower than knees, for a person who faces +x, in all headings."""
+    """Yield an object's top view, and that of its parts below the knees, for a person who faces +x, in all headings."""
     views = top_view(record), top_view(record, below=KNEES)
     for degrees in TURNS:
         above, knee_high = (view.turned(degrees, SQUARE, margin=AROUND) for view in views)
@@ -78,7 +78,7 @@ def headings(record: ObjectRecord) -> Iterator[tuple[TopView, TopView]]:
 
 
 def carries_a_person(above: TopView) -> bool:
-    """Return whether somewhere a person who faces +x can sit on an object."""
+    """Return whether a person who faces +x can sit somewhere on an object."""
     seat = highest(above, TRUNK, BROAD)
     thighs = highest(above, THIGHS, BROAD, ahead=(TRUNK + THIGHS) / 2)
     feet = highest(above, FEET, BROAD, ahead=TRUNK / 2 + THIGHS + FEET / 2)
@@ -87,7 +87,7 @@ def carries_a_person(above: TopView) -> bool:
 
 
 def serves_a_person(above: TopView, knee_high: TopView) -> bool:
-    """Return whether somewhere a person who faces +x can sit at an object, a place setting before them on it."""
+    """Return whether a person who faces +x can sit somewhere at an object, with a place setting on it."""
     mat = highest(above, ALONG, BOARD)
     person = highest(above, TRUNK, BROAD, ahead=-(ALONG + TRUNK) / 2)
     knees = highest(knee_high, UNDER, BROAD, ahead=(UNDER - ALONG) / 2)
@@ -96,7 +96,7 @@ def serves_a_person(above: TopView, knee_high: TopView) -> bool:
 
 
 def highest(view: TopView, length: float, breadth: float, ahead: float = 0.0) -> np.ndarray:
-    """Return on what height (X, Y) a box comes to rest that is let down ahead of each place, metres; NOTHING beside."""
+    """Return the height (X, Y) at which a box comes to rest ahead of each place, metres; NOTHING off the object."""
     size = view.cells(length), view.cells(breadth)
     tops = ndimage.maximum_filter(view.heights, size, mode="constant", cval=NOTHING)
     return np.roll(tops, -round(ahead / view.cell), axis=0)  # the margin is free, so nothing comes round
@@ -105,14 +105,14 @@ def highest(view: TopView, length: float, breadth: float, ahead: float = 0.0) ->
 def carried(
     view: TopView, length: float, breadth: float, fits: np.ndarray, rest: np.ndarray, give: float
 ) -> np.ndarray:
-    """Return what share of a box's base has something under it, at the places (X, Y) bool where it fits, (P,).
+    """Return the supported share of a box's base at the places (X, Y) bool where it fits, (P,).
 
     Parameters
     ----------
     rest : (X, Y) float
         The height at which it rests, metres.
     give : float
-        How far below that something still carries it, metres.
+        How far below that a surface still supports it, metres.
     """
     size = np.array([view.cells(length), view.cells(breadth)])
     places = np.argwhere(fits)
@@ -121,7 +121,7 @@ def carried(
 
 
 def holds_a_ball(record: ObjectRecord) -> bool:
-    """Return whether a hand can take hold of an object, and a ball in it stays where it is put."""
+    """Return whether a hand can grasp an object, and a ball in it cannot leave."""
     if record.size[2] > TALLEST or record.size[:2].min() > HAND:
         return False
     bottoms = ball_bottoms(top_view(record).turned(0.0, VOXEL, margin=SIP), SIP / 2)
@@ -134,7 +134,7 @@ def holds_a_ball(record: ObjectRecord) -> bool:
 
 
 def ball_bottoms(view: TopView, radius: float) -> np.ndarray:
-    """Return the height of the lowest point (X, Y) of a ball let down on an object, metres; NOTHING beside it."""
+    """Return the height of the lowest point (X, Y) of a ball let down on an object, metres; NOTHING off the object."""
     reach = int(radius / view.cell)
     across = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) * view.cell
     rise = np.sqrt(np.maximum(radius**2 - across**2, 0)) - radius
@@ -149,7 +149,7 @@ RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": functio
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FixedScores(FeatureMethod):
-    """All objects' scores, which no training changes."""
+    """The scores of all objects, which do not depend on training."""
 
     method = CUBES
 

@@ -6,9 +6,9 @@ such as dimensions, orientation, proximity to the ground and clearance, each wit
 Bowyer, "GRUFF-3: generalizing the domain of a function-based recognition system", Pattern Recognition 27(12), 1994,
 adds dishes and the primitive of enclosure.
 
-Theirs reason about the faces of solid models and grade each range between 0 and 1. Here the object is seen from above,
-so that clearance is given: what is seen has nothing over it. A range is met or not. The ranges are those of people
-and of furniture as it is sold; they were set before any model was looked at, and nothing is fitted to labels.
+Their systems reason about the faces of solid models and grade each range between 0 and 1. Here the object is seen from
+above, so clearance is guaranteed: nothing is above a visible surface. A range is met or not. The ranges are those of
+people and of furniture as it is sold; they were set before any model was looked at, and nothing is fitted to labels.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ NOTHING = -np.inf  # height where the object has no point
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TopView:
-    """Heights over square cells of the ground; what is higher hides what lies below it."""
+    """The largest height over each square cell of the ground."""
 
-    heights: np.ndarray  # (X, Y) float, metres above the ground; NOTHING beside the object
+    heights: np.ndarray  # (X, Y) float, metres above the ground; NOTHING off the object
     cell: float  # metres
 
     def cells(self, length: float) -> int:
-        """Return how many cells a length in metres takes, at least one."""
+        """Return the number of cells along a length in metres, at least one."""
         return max(1, round(length / self.cell))
 
     def quarter_turned(self) -> TopView:
@@ -66,7 +66,7 @@ def top_view(record: ObjectRecord, below: float = np.inf) -> TopView:
     Parameters
     ----------
     below : float
-        Only what is lower than this is looked at, metres.
+        Only parts that are lower are seen, metres.
     """
     voxels = record.voxels
     squares = voxels[:, :2].astype(int) - voxels[:, :2].min(axis=0) + 1
@@ -78,7 +78,7 @@ def top_view(record: ObjectRecord, below: float = np.inf) -> TopView:
 
 
 SQUARE = 0.01  # metres, a cell of the top view of furniture
-STEP = 0.01  # metres between the heights at which a level surface is looked for
+STEP = 0.01  # metres between the heights at which a level surface is sought
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,17 +86,17 @@ class SurfaceRule:
     """A level surface with nothing over it."""
 
     lowest: float  # metres above the ground
-    highest: float
-    uneven: float  # metres between its highest and its lowest place
-    disc: float  # metres, diameter of a disc that lies on it
+    highest: float  # metres above the ground
+    uneven: float  # metres between its highest and its lowest point
+    disc: float  # metres, diameter of a disc that fits on it
     area: float  # square metres, in one piece
 
 
 # Seats: 35 to 55 cm, from a low sofa to an office chair raised to its end (EN 1335: 40 to 51 cm). A person needs a
-# disc of 30 cm, the size of a plain stool. Cushions are hollow by up to 5 cm.
+# disc of 30 cm, the size of a plain stool. Cushions are up to 5 cm hollow.
 SITTABLE = SurfaceRule(lowest=0.35, highest=0.55, uneven=0.05, disc=0.30, area=0.07)
 # Tables: 60 to 80 cm, from a side table to a desk (EN 527: 65 to 85 cm raised; dining tables 72 to 78 cm). One place
-# setting takes 60 x 40 cm, so a disc of 40 cm and 0.24 m2. What is put down stays on what is level to 2 cm.
+# setting takes 60 x 40 cm, so a disc of 40 cm and 0.24 m2. Objects stay on a surface that is level to 2 cm.
 TABLE = SurfaceRule(lowest=0.60, highest=0.80, uneven=0.02, disc=0.40, area=0.24)
 # Cups: an espresso's 50 ml to a litre of beer; up to a wine glass's 25 cm; a hand spans 12 cm. Shallower than 3 cm, or
 # than half of its width, it is a plate or a bowl.
@@ -118,14 +118,14 @@ def functions_by_rules(record: ObjectRecord) -> frozenset[str]:
 
 
 def has_surface(view: TopView, rule: SurfaceRule) -> bool:
-    """Return whether somewhere between two heights a piece of an object is as level and as large as a rule wants."""
+    """Return whether an object has a surface between two heights that is as level and as large as a rule requires."""
     for lowest in np.arange(rule.lowest, rule.highest - rule.uneven / 2, STEP):
         level = (view.heights >= lowest) & (view.heights <= min(lowest + rule.uneven, rule.highest))
         if level.sum() * view.cell**2 < rule.area:
             continue
         pieces, count = ndimage.label(level)
         areas = np.bincount(pieces.ravel(), minlength=count + 1) * view.cell**2
-        # From the middle of a cell to that of the nearest cell outside it, which begins half a cell before.
+        # The distance to the middle of the nearest cell outside, whose edge is half a cell nearer.
         within = ndimage.distance_transform_edt(level) - 0.5
         if ((within * view.cell >= rule.disc / 2 - view.cell / 2) & (areas[pieces] >= rule.area)).any():
             return True
@@ -133,7 +133,7 @@ def has_surface(view: TopView, rule: SurfaceRule) -> bool:
 
 
 def holds_water(view: TopView, size: np.ndarray) -> bool:
-    """Return whether an object of some size (3,), metres, has a hollow for water, and a hand can take hold of it."""
+    """Return whether an object of a size (3,), metres, has a hollow for water, and a hand can grasp it."""
     if size[2] > TALLEST or size[:2].min() > GRIP:
         return False
     depths = water_depths(view)
@@ -148,7 +148,7 @@ def holds_water(view: TopView, size: np.ndarray) -> bool:
 
 
 def water_depths(view: TopView) -> np.ndarray:
-    """Return how deep water stands over each cell (X, Y), metres, when it rains on an object until all is full.
+    """Return the depth of water over each cell (X, Y), metres, when all hollows of an object are full.
 
     Water stands at a height where the surface encloses it, unless it meets a place without a floor. Gaps narrower than
     three cells are taken for gaps between points.
