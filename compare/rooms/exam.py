@@ -144,8 +144,8 @@ def print_benchmark(rows: Sequence[Row]):
     """Print the benchmark as a table."""
     table = [
         [row["by"], row["of"], row["scans"]]
-        + [shared(row["found"], row["seen"], row["recall"], row["recall_interval"])]
-        + [shared(row["true_claims"], row["claims"], row["precision"], row["precision_interval"])]
+        + [count_with_interval(row["found"], row["seen"], row["recall"], row["recall_interval"])]
+        + [count_with_interval(row["true_claims"], row["claims"], row["precision"], row["precision_interval"])]
         + [f"{row['backs_found']}/{row['backs']}" if row["backs"] else "-", row["disputed"] or "-"]
         for row in rows
     ]
@@ -154,7 +154,7 @@ def print_benchmark(rows: Sequence[Row]):
     show()
 
 
-def shared(some: int, of: int, share: float | None, between: Interval) -> str:
+def count_with_interval(some: int, of: int, share: float | None, between: Interval) -> str:
     """Return a count with its share and interval; a dash if there is nothing to count."""
     if share is None or between[0] is None:
         return "-"

@@ -161,7 +161,7 @@ def match_objects(truth: Sequence[TrueObject], recognised: Sequence[RecognisedOb
     """Compare each function of each object: the largest overlaps are matched first, each object once."""
     wanted = [item.functions | item.disputed for item in truth]
     functions = sorted(set().union(*wanted, *(item.functions for item in recognised)))
-    return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
+    return [verdict for name in functions for verdict in match_function(name, truth, recognised)]
 
 
 def match_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[MatchResult]:
@@ -187,7 +187,7 @@ def lies_in(true: TrueObject, box: Box) -> bool:
     return bool((np.abs(box.to_own(true.box.center[None])[0, :2]) <= box.size[:2] / 2 + _MARGIN).all())
 
 
-def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
+def match_function(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[MatchResult]:
     """Compare one function of each object."""
     wanted = [item for item in truth if name in item.functions | item.disputed]
     claimed = [item for item in recognised if name in item.functions]

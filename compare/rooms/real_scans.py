@@ -188,12 +188,12 @@ def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
     empty = score_row(Score())
     scores = [known.get(name, empty) for name in names]
     sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
-    shares = [plain(score["found"], score["seen"]) for score in scores]
-    claims, backs = plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])
+    shares = [count_text(score["found"], score["seen"]) for score in scores]
+    claims, backs = count_text(sums["true_claims"], sums["claims"]), count_text(sums["backs_found"], sums["backs"])
     return [*shares, claims, backs, str(sums["disputed"] or "-")]
 
 
-def plain(some: int, of: int) -> str:
+def count_text(some: int, of: int) -> str:
     """Return a count out of a total; a dash if the total is 0."""
     return f"{some}/{of}" if of else "-"
 
