@@ -75,6 +75,11 @@ def test_a_model_of_other_objects_is_refused(data, model, tmp_path):
     assert refused.returncode == 2 and f"that has learnt the {len(manifest) - 1} objects" in refused.stderr
 
 
+def test_data_without_a_source_is_refused():
+    refused = across_sources("household")
+    assert refused.returncode == 2 and "household: expected objects of other people" in refused.stderr
+
+
 @pytest.mark.slow
 def test_an_exam_says_which_answers_of_a_ready_model_are_wrong(data, model, tmp_path):
     manifest = (data / "manifest.csv").read_text()

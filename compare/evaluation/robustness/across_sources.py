@@ -187,6 +187,10 @@ def main(
     failures, datasets = Failures(), [open_dataset(name) for name in data]
     drop_config = options.drop_config(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
     dataset = joined_datasets(datasets)
+    if not any(sources_of(dataset.objects)):
+        raise InputError(
+            f"{dataset.name}: expected objects of other people, with group and license in manifest.csv; got none"
+        )
     if model is None:
         simulated = simulate_dataset(dataset, drop_config, jobs=jobs, failed=failures.add)
         objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), drop_config.radii)
