@@ -1,12 +1,14 @@
 """The model of the package for scans: fitted to the proposals in scans of virtual rooms, and to whole models.
 
-``python -m spherefunc_bullet.compare.rooms.scan_model household --out MODEL`` makes it (``make scan-model``).
+``python -m spherefunc_bullet.compare.rooms.scan_model household --out MODEL`` makes it (``make scan-model``). With
+``--join EARLIER`` the trees of an earlier model, which has learnt other rooms, vote together with those of the new one:
+scanning rooms takes hours, so the earlier model is worth keeping.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -21,8 +23,9 @@ from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
-from spherefunc_bullet.learning.model_file import save_model
-from spherefunc_bullet.learning.profiles.calibration import CopyGroups
+from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.learning.profiles.calibration import Calibration, CopyGroups
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, SceneForests
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
@@ -39,9 +42,7 @@ from .training_examples import (
 from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # rooms of both kinds
-# Every node compares all quantities: that ranks proposals of objects that were not learnt better than comparing the
-# square root of their number, with a third of the nodes.
-FOREST = ExtraTreesClassifier(100, max_features=None, min_samples_leaf=2, random_state=0)
+TREES, LEAST = 100, 2  # trees of a forest, objects in a leaf: as accurate as one object, with a third of the nodes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,18 +102,22 @@ def main(
     rooms: Annotated[int, typer.Option(min=1, help="Number of virtual rooms that are scanned.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms.")] = 1000,
     cache: Annotated[Path | None, typer.Option("--keep", help="Folder in which examples are cached.")] = None,
+    earlier: Annotated[Path | None, typer.Option("--join", help="An earlier model, whose trees vote as well.")] = None,
     jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = 1,
 ):
     """Train a model on the proposals in scans of virtual rooms, and on whole models of the first data set."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    model = FunctionClassifier(backend, early_drops=0, estimator=FOREST)  # all drops of a proposal are always read
+    forest = ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, random_state=0)
+    model = FunctionClassifier(backend, early_drops=0, estimator=forest)  # all drops of a proposal are always read
+    partner = None if earlier is None else load_model(earlier, backend)
     examples = [whole_model_example(item, load_cloud(item.path), model) for item in datasets[0].objects]
     sets = room_sets(datasets, rooms, seed)
     for done in progress(examples_of_sets(sets, model, cache, jobs), len(sets), "scanning rooms"):
         examples += done.examples
         for error in done.errors:
             failures.add(error)
-    save_model(learn(examples, model), out)
+    fitted = learn(examples, model)
+    save_model(fitted if partner is None else join(fitted, partner), out)
     say(f"{out}: trained on {len(examples)} examples, {sum(bool(each.functions) for each in examples)} with a function")
     failures.exit()
 
@@ -133,6 +138,67 @@ def learn(examples: Sequence[TrainingExample], model: FunctionClassifier) -> Fun
     model.fit_scene_forests(np.array([example.surroundings for example in examples]), NAMES, members, labelled)
     complete = np.flatnonzero(labelled.all(axis=1))
     return model.keep(complete[balanced_rows(members[complete].any(axis=1))])
+
+
+def join(model: FunctionClassifier, earlier: FunctionClassifier) -> FunctionClassifier:
+    """Add the trees of an earlier model to those of a model, which keeps its training objects and unsure ranges.
+
+    Both have to be fitted to scans. Each tree has one vote, and the calibration is the mean of both, in log odds.
+
+    Raises
+    ------
+    InputError
+        If the two do not know the same functions, radii and surroundings, or the earlier one reads quantities that the
+        model does not have.
+    """
+    check_compatible(model, earlier)
+    names, scenes, others = model.quantity_names(), model.scene_forests_, earlier.scene_forests_
+    columns = column_indices(earlier.quantity_names(), names)
+    model.forests_ = joined_forests(model.forests_, earlier.forests_, columns)
+    model.calibrations_ = mean_calibrations(model.calibrations_, earlier.calibrations_)
+    columns = column_indices([*earlier.quantity_names(), *scenes.names], [*names, *scenes.names])
+    model.scene_forests_ = SceneForests(
+        names=scenes.names,
+        forests=joined_forests(scenes.forests, others.forests, columns),
+        calibrations=mean_calibrations(scenes.calibrations, others.calibrations),
+    )
+    return model
+
+
+def check_compatible(model: FunctionClassifier, earlier: FunctionClassifier):
+    """Raise InputError if the trees of two models cannot vote together."""
+    for what in ("functions_", "radii", "drops"):
+        own, other = getattr(model, what), getattr(earlier, what)
+        if own != other:
+            raise InputError(f"the earlier model: expected {what.rstrip('_')} {own}, as the new one has, got {other}")
+    scenes = earlier.scene_forests_
+    if scenes is None or scenes.names != model.scene_forests_.names:
+        raise InputError("the earlier model: expected one that has learnt the same surroundings of objects in scans")
+    unknown = sorted(set(earlier.quantities) - set(model.quantities))
+    if unknown:
+        raise InputError(f"the earlier model reads quantities that the new one lacks: {', '.join(unknown)}")
+
+
+def column_indices(names: Sequence[str], columns: Sequence[str]) -> np.ndarray:
+    """Return the index (N,) int16 of each name among the columns."""
+    return np.array([columns.index(name) for name in names], np.int16)
+
+
+def joined_forests(own: Sequence[Forest], earlier: Sequence[Forest], columns: np.ndarray) -> list[Forest]:
+    """Return for each function one forest of the trees of both; ``columns`` (Q,) are of the earlier quantities."""
+    return [joined(one, other, columns) for one, other in zip(own, earlier, strict=True)]
+
+
+def joined(one: Forest, other: Forest, columns: np.ndarray) -> Forest:
+    """Return one forest of the trees of two, the other one's reading their quantities from other columns (Q,)."""
+    start, feature = np.int32(len(one.feature)), np.where(other.feature == LEAF, LEAF, columns[other.feature])
+    moved = replace(other, feature=feature.astype(np.int16), roots=other.roots + start, below=other.below + start)
+    return Forest(**{name: np.concatenate([values, getattr(moved, name)]) for name, values in one.arrays().items()})
+
+
+def mean_calibrations(own: Sequence[Calibration], earlier: Sequence[Calibration]) -> list[Calibration]:
+    """Return the mean calibration of each function."""
+    return [tuple(pair) for pair in np.mean([own, earlier], axis=0).tolist()]
 
 
 if __name__ == "__main__":

@@ -225,10 +225,11 @@ def print_used(scan: Scan, used: dict[int | None, list[Place]]):
 
 def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
+    from ..report.files import score_text
 
     names = room.function_names
     table = [
-        [str(item.id), item.main_function, *[f"{item.functions[name].score:.2f}" for name in names]]
+        [str(item.id), item.main_function, *[score_text(room, item, name) for name in names]]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
         + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
         for item in room.objects
@@ -236,7 +237,7 @@ def print_room(scan: Scan, room: Room):
     ]
     none = len(room.objects) - len(table)
     columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-    says = "what objects are for, and the score of each function: above 0.5 it has the function"
+    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
     print_table(f"{scan.name}: {says}", columns, table)
     show(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from ..segmentation.clusters import Box, bounding_box
 from ..settings import RECOGNITION, SEGMENTATION
 from .completion import TOP, complete
 from .proposals import Proposal
-from .room import ObjectCandidate
+from .room import ClaimThreshold, ObjectCandidate, with_claims
 from .surroundings import NAMES, ScanSurroundings
 
 logger = logging.getLogger("spherefunc")
@@ -31,10 +31,11 @@ logger = logging.getLogger("spherefunc")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecognitionContext:
-    """The model, completion and surroundings with which proposals are classified."""
+    """The model, completion, thresholds and surroundings with which proposals are classified."""
 
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
+    thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
     surroundings: ScanSurroundings | None = None  # of the scene, if the model has learnt any
 
 
@@ -101,6 +102,9 @@ def classify_parts(
         around = context.surroundings.of
         read = [around(part, one.box.size, one.support) for one, part in zip(proposals, parts, strict=True)]
         found = model.scene_memberships(settled, np.array(read))
+    if context.thresholds is not None:
+        sources = [context.thresholds[one.by] for one in proposals]
+        found = [with_claims(one, threshold) for one, threshold in zip(found, sources, strict=True)]
     watch.lap("classification")
     return found
 

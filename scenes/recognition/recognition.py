@@ -24,7 +24,7 @@ from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
 from .judging import RecognitionContext, classify_parts, classify_proposals, is_fragment, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
-from .room import ObjectCandidate, Room, SceneObject, choose_objects
+from .room import THRESHOLDS, ObjectCandidate, Room, SceneObject, choose_objects
 
 TABLE_TOP = "table top"  # `Levelling.source`, and `SceneObject.made_from`
 
@@ -135,8 +135,9 @@ def recognise(
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
+    thresholds = None if model.run_limit.drops is None else THRESHOLDS  # votes of cubes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
-    context = RecognitionContext(model=model, completion=completion, surroundings=around)
+    context = RecognitionContext(model=model, completion=completion, thresholds=thresholds, surroundings=around)
     candidates = classify_proposals(dense, proposed, context, watch)
     objects = [one for one in choose_objects(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
@@ -155,6 +156,7 @@ def recognise(
         proposals=[scene_object(number, dense, one) for number, one in enumerate(candidates)],
         inferred=inferred,
         stages=watch.seconds,
+        thresholds=thresholds,
     )
 
 

@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from spherefunc_bullet.function_model import THRESHOLD, Membership
-from spherefunc_bullet.learning.profiles.calibration import DEFAULT_UNSURE_RANGE
 
 from ..scans.levelling import Levelling
 from ..segmentation.clusters import Box
 from ..settings import RECOGNITION
-from .proposals import CLUSTERS, Proposal, shared_points
+from .proposals import CLUSTERS, POOLS, Proposal, shared_points
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClaimThreshold:
+    """The score above which a proposal claims a function."""
+
+    usual: float
+    by_function: Mapping[str, float] = field(default_factory=dict)  # where it is another
+
+    def of(self, name: str) -> float:
+        """Return the threshold of a function."""
+        return self.by_function.get(name, self.usual)
+
+
+# Chosen on virtual rooms of objects that the model had not learnt (docs/rooms.md): most clusters that may be a seat are
+# one. For scores that are probabilities.
+THRESHOLDS = {
+    CLUSTERS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55, "sittable": 0.4}),
+    POOLS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55}),
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +58,11 @@ class ObjectCandidate:
         """Return the candidate with other points."""
         box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
         return replace(self, proposal=replace(self.proposal, members=members, box=box))
+
+
+def with_claims(functions: dict[str, Membership], threshold: ClaimThreshold) -> dict[str, Membership]:
+    """Return memberships in which those functions are claimed whose scores are above the threshold."""
+    return {name: replace(one, member=one.score > threshold.of(name)) for name, one in functions.items()}
 
 
 def choose_objects(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
@@ -179,16 +203,21 @@ class Room:
     proposals: list[SceneObject] = field(default_factory=list)  # all that were classified, overlapping ones too
     inferred: list[InferredObject] = field(default_factory=list)  # not seen, and not counted among the objects
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
+    thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
 
     @property
     def function_names(self) -> list[str]:
         """The functions that objects can have; none without objects."""
         return list(self.objects[0].functions) if self.objects else []
 
+    def threshold(self, item: SceneObject, function: str) -> float:
+        """Return the score that an object had to exceed to have a function."""
+        return THRESHOLD if self.thresholds is None else self.thresholds[item.proposed_by].of(function)
+
     def reasons(self, item: SceneObject) -> list[str]:
         """Return a sentence for each function that an object has."""
         return [
-            f"{name} {one.score:.2f}: above the threshold of {THRESHOLD}, proposed by {item.proposed_by}"
+            f"{name} {one.score:.2f}: above the threshold of {self.threshold(item, name):.2f} for {item.proposed_by}"
             for name, one in item.functions.items()
             if one.member
         ]
@@ -196,10 +225,9 @@ class Room:
     def doubts(self, item: SceneObject) -> list[str]:
         """Return why the answer about an object is unsure, each a sentence; none if it is sure."""
         doubts = [FRAGMENT] if item.fragment else []
-        low, high = DEFAULT_UNSURE_RANGE
-        doubts += [
-            f"uncertain: {name} {one.score:.2f}" for name, one in item.functions.items() if low < one.score < high
-        ]
+        below = [name for name in item.members if item.functions[name].score <= THRESHOLD]
+        if below:
+            doubts.append(f"uncertain: {' and '.join(sorted(below))}, claimed with a score of at most 0.5")
         return [*doubts, ASSUMED] if self.levelling.source == "assumed" else doubts
 
     def box_in_scan(self, box: Box) -> Box:

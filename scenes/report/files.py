@@ -12,17 +12,21 @@ import numpy as np
 
 from spherefunc_bullet.formats.files import write_bytes, write_text, writing
 from spherefunc_bullet.formats.ply import ply_bytes
-from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
+from ..recognition.proposals import CLUSTERS, POOLS
 from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
 from .picture import best_azimuth, function_colour, point_colours
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
-ABOVE = f"A score above {THRESHOLD} counts as yes."
+PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
+WHY_LOW = (
+    "The thresholds were chosen in rooms whose objects the model had not learnt. That of seats is low because most "
+    "clusters with an unsure score for it were seats."
+)
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 
@@ -77,11 +81,16 @@ def room_data(scan: Scan, room: Room) -> dict[str, object]:
     }
 
 
+def score_text(room: Room, item: SceneObject, function: str) -> str:
+    """Return the score of one function of an object, and the threshold that it had to exceed."""
+    return f"{item.functions[function].score:.2f} ({room.threshold(item, function):.2f})"
+
+
 def objects_html(room: Room) -> str:
     """Return the tables of the objects with a function and, folded, of those without."""
     having = [item for item in room.objects if item.main_function is not None]
     others = [item for item in room.objects if item.main_function is None]
-    parts = [f"<p>{ABOVE}</p>"] if room.objects else []
+    parts = [f"<p>{escape(thresholds_text(room))}</p>"] if room.objects else []
     parts += [objects_table(room, having)] if having else []
     if others:
         count = f"{len(others)} {'others' if having else 'objects'} without a function"
@@ -89,12 +98,27 @@ def objects_html(room: Room) -> str:
     return f'<div class="display display-details">{"".join(parts)}</div>'
 
 
+def thresholds_text(room: Room) -> str:
+    """Return a sentence with the threshold of each function, and why they differ."""
+    proposed = {item.proposed_by: item for item in room.objects}
+    texts = {
+        by: ", ".join(f"{name} {room.threshold(proposed[by], name):.2f}" for name in room.function_names)
+        for by in sorted(proposed)
+    }
+    if len(set(texts.values())) == 1:
+        [values] = set(texts.values())
+    else:
+        values = "; ".join(f"{text} of {PROPOSED.get(by, by)}" for by, text in texts.items())
+    text = f"A score counts as yes if it is above the threshold of its function, in brackets: {values}."
+    return text if room.thresholds is None else f"{text} {WHY_LOW}"
+
+
 def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
     """Return a table of some objects, in the order of their ids."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
         [str(item.id), item.main_function or "none"]
-        + [f"{one.score:.2f}" for one in item.functions.values()]
+        + [score_text(room, item, name) for name in item.functions]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
         for item in sorted(objects, key=lambda item: item.id)
     ]
@@ -166,7 +190,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         "fragment": item.fragment,
         "proposed_by": item.proposed_by,
         **({} if item.made_from is None else {"from": item.made_from, "height": item.height}),
-        "functions": {name: asdict(one) | {"bar": THRESHOLD} for name, one in item.functions.items()},
+        "functions": {name: asdict(one) | {"bar": room.threshold(item, name)} for name, one in item.functions.items()},
         "unsure": bool(doubts),
         "reasons": [*room.reasons(item), *doubts],
     }

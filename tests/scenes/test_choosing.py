@@ -6,7 +6,7 @@ import numpy as np
 
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
-from spherefunc_bullet.scenes.recognition.room import ObjectCandidate, choose_objects
+from spherefunc_bullet.scenes.recognition.room import THRESHOLDS, ObjectCandidate, choose_objects, with_claims
 
 
 def candidate(place: int, by: str, members: range, *, on_top: bool = False, **scores: float) -> ObjectCandidate:
@@ -66,6 +66,14 @@ def test_what_claims_leave_too_little_of_is_no_object():
     cluster, pool = candidate(0, CLUSTERS, range(0, 100)), candidate(1, POOLS, range(0, 45), cup=0.9)
     assert claims([cluster, pool]) == [("none", 55), ("cup", 45)]
     assert claims([cluster, candidate(1, POOLS, range(0, 95), cup=0.9)]) == [("cup", 100)]
+
+
+def test_a_seat_that_is_a_cluster_needs_a_lower_score_than_what_else_is_claimed():
+    answer = candidate(0, CLUSTERS, range(100), table=0.45, cup=0.45, sittable=0.45).functions
+    claimed = {
+        by: {name for name, one in with_claims(answer, THRESHOLDS[by]).items() if one.member} for by in THRESHOLDS
+    }
+    assert claimed == {CLUSTERS: {"sittable"}, POOLS: set()}
 
 
 def test_shared_points_are_counted():

@@ -16,7 +16,8 @@ from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, classify_proposals, surroundings_for
-from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, Proposal
+from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
+from spherefunc_bullet.scenes.recognition.room import THRESHOLDS
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -48,6 +49,12 @@ def learnt() -> FunctionClassifier:
 
 def proposal(by: str) -> Proposal:
     return Proposal(by=by, members=np.arange(len(STOOL)), support=0.0)
+
+
+def test_each_kind_has_its_bar():
+    context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), thresholds=THRESHOLDS)
+    answer = classify_proposals(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
+    assert [one.functions["sittable"].member for one in answer] == [True, False]
 
 
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):

@@ -11,7 +11,7 @@ import pytest
 from browser import CHROMIUM, FLAGS, needs_browser
 
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
+from spherefunc_bullet.scenes.recognition.room import THRESHOLDS, Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -52,7 +52,9 @@ def crowded() -> tuple[Scan, Room]:
     points = np.vstack([item.points for item in objects])
     labels = np.repeat(np.arange(12, dtype=np.int32), 200)
     levelling = Levelling(T_level_scan=np.eye(4), source="floor", floor_seen=True, noise=0.001)
-    return Scan(name="shelf", points=points), Room(levelling=levelling, labels=labels, objects=objects)
+    return Scan(name="shelf", points=points), Room(
+        levelling=levelling, labels=labels, objects=objects, thresholds=THRESHOLDS
+    )
 
 
 @needs_browser
@@ -72,14 +74,15 @@ def test_no_name_in_the_page_lies_over_another(tmp_path):
             assert abs(x - other_x) >= (width + other_width) / 2 or abs(y - other_y) >= size
 
 
-def test_scores_near_the_threshold_are_unsure():
+def test_the_bar_of_each_function_stands_beside_its_score():
     scan, room = crowded()
-    first = room_json(scan, room)["objects"][0]
-    assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.5}
-    assert not first["unsure"]
-    near = {name: replace(one, score=0.55 if name == "cup" else 0.0) for name, one in room.objects[0].functions.items()}
-    unsure = room_json(scan, replace(room, objects=[replace(room.objects[0], functions=near), *room.objects[1:]]))
-    assert unsure["objects"][0]["unsure"] and "uncertain: cup 0.55" in unsure["objects"][0]["reasons"]
+    first, second = room_json(scan, room)["objects"][:2]
+    assert [one["functions"]["sittable"]["bar"] for one in (first, second)] == [
+        THRESHOLDS[by].of("sittable") for by in ("clusters", "pools")
+    ]
+    assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.55}
+    page = room_page(scan, room)
+    assert "0.60 (0.55)" in page and "0.10 (0.40)" in page and "0.10 (0.50)" in page
 
 
 def test_objects_without_a_function_are_folded():
@@ -95,4 +98,4 @@ def test_objects_without_a_function_are_folded():
 def test_the_page_says_which_score_counts_as_yes():
     page = room_page(*crowded())
     assert "<details>" not in page
-    assert "A score above 0.5 counts as yes." in page
+    assert "cup 0.55, sittable 0.40 of separate clusters of points; cup 0.55, sittable 0.50 of parts on which" in page
