@@ -144,9 +144,31 @@ def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarr
     count = np.bincount(columns.cell_of, inside, len(columns.keys))
     near = (points[:, 2] > low - POOL.upright) & (points[:, 2] < high + POOL.upright)
     others = np.bincount(columns.cell_of, near & ~inside, len(columns.keys))
-    mean = np.bincount(columns.cell_of, points[:, 2] * inside, len(columns.keys)) / np.maximum(count, 1)
     level = (count > 0) & (others < 1.5 * count + 2)
+    upper = inside.copy()
+    upper[inside] = upper_face(points[inside])
+    count = np.bincount(columns.cell_of, upper, len(columns.keys))
+    mean = np.bincount(columns.cell_of, points[:, 2] * upper, len(columns.keys)) / np.maximum(count, 1)
     return columns.indices[level, :2], mean[level]
+
+
+def upper_face(points: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) of a nearly level surface are on its upper face, (N,) bool.
+
+    All are, unless the scan shows a board from both sides: then most columns have nothing in the middle between their
+    highest and lowest points, where a sensor's noise has most.
+    """
+    columns = cells(points * [1, 1, 0], SCAN.cell)
+    low, high = np.full(len(columns.keys), np.inf), np.full(len(columns.keys), -np.inf)
+    np.minimum.at(low, columns.cell_of, points[:, 2])
+    np.maximum.at(high, columns.cell_of, points[:, 2])
+    middle, half = (low + high)[columns.cell_of] / 2, (high - low)[columns.cell_of] / 2
+    between = np.bincount(columns.cell_of, np.abs(points[:, 2] - middle) < half / 2, len(columns.keys))
+    thick = (high - low > SCAN.cell / 2) & (columns.counts >= 4)
+    hollow = thick & (between == 0)
+    if np.count_nonzero(hollow) <= np.count_nonzero(thick) / 2:
+        return np.ones(len(points), bool)
+    return ~hollow[columns.cell_of] | (points[:, 2] > middle)
 
 
 def surface_under(feet: np.ndarray, squares: np.ndarray, surface_of: np.ndarray) -> np.ndarray:

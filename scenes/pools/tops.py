@@ -12,7 +12,7 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN, SEGMENTATION
-from .surfaces import Pool
+from .surfaces import Pool, upper_face
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,7 +122,8 @@ def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
 
 
 def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
-    """Return the plane (3,) through the points (N, 3) of a nearly level surface, without those far from it."""
+    """Return the plane (3,) through the upper face of a nearly level surface (N, 3), without points far from it."""
+    points = points[upper_face(points)]
     plane = np.array([0.0, 0.0, height])
     for reach in POOL.top_fits:
         inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach

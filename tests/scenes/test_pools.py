@@ -9,7 +9,7 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks, resting_places
+from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks, resting_places, upper_face
 from spherefunc_bullet.scenes.pools.tops import cut_out, footprint_of, ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
@@ -108,6 +108,23 @@ def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
     # But its bottom, and the centimetre above the top that may be the top's.
     assert len(members) == pytest.approx((mug().points[:, 2] > SCAN.cell / 2).sum(), rel=0.02)
+
+
+def test_a_mug_on_a_board_that_is_seen_from_both_sides_stands_on_its_upper_face():
+    thickness = 0.024  # so that both faces lie within a slab, and their mean is more than a centimetre too low
+    board = np.vstack([square_table(1.0, 0.8, 0.5), sheet_at(1.0, 0.8, 0.5 - thickness)])
+    points = np.vstack([board, moved(mug().points, 0.2, 0.1, 0.5)])
+    (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
+    assert pool.height == pytest.approx(0.5, abs=0.002)
+    (members,) = objects_on(top_of_pool(points, pool))
+    assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
+
+
+@pytest.mark.parametrize("spread", [0.002, 0.006, 0.012])
+def test_noise_is_no_board_with_two_faces(spread):
+    points = sheet_at(1.0, 0.8, 0.5)
+    points[:, 2] += np.random.default_rng(0).normal(0, spread, len(points))
+    assert upper_face(points).all()
 
 
 def test_a_vessel_that_touches_a_tin_is_told_from_it_by_its_rim():
