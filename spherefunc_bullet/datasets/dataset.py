@@ -109,9 +109,9 @@ def distinct_names(objects: Sequence[DatasetObject]) -> tuple[list[str], list[st
 
 
 def read_manifest(manifest: Path) -> Dataset:
-    """Read a ``manifest.csv`` with the columns file and label, and what else there is.
+    """Read a ``manifest.csv`` with the columns file and label, and further ones if there are any.
 
-    Several functions are separated by ``;``, none is written ``none``.
+    Several functions are separated by ``;``; ``none`` stands for no function.
     """
     rows = csv_table(manifest, "file", "label")
     objects = tuple(_manifest_object(manifest, rows.line_num, row) for row in rows)

@@ -1,4 +1,4 @@
-"""What an object is for, as people and scikit-learn write it: sets of functions, texts, or an indicator of 0 and 1."""
+"""Labels as people and scikit-learn write them: sets of functions, strings, or an indicator matrix of 0 and 1."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
 
 
 def sets_of(labels: Sequence[Label]) -> list[frozenset[str]]:
-    """Return each label as a set of functions; of no labels, none.
+    """Return each label as a set of functions; an empty list for no labels.
 
     Raises
     ------
     InputError
-        If one is neither a text nor texts.
+        If a label is neither a string nor a collection of strings.
     """
     if isinstance(labels, str):
         raise InputError(f"labels: expected one for each object, got the text {labels!r}")
@@ -56,12 +56,12 @@ def set_of(label: Label) -> frozenset[str]:
 
 
 def columns_of_indicator(y: Labels, known: tuple[str, ...] | None = None) -> tuple[str, ...] | None:
-    """Return what the columns of an indicator (N, F) are called, or None for labels that are no indicator.
+    """Return the names of the columns of an indicator (N, F), or None for labels that are no indicator.
 
     Parameters
     ----------
     known : tuple of str, optional
-        What columns of an earlier one are called.
+        Names of the columns of an earlier indicator.
     """
     if y is None:
         raise InputError(f"labels: expected {WANTED}, got None")
@@ -99,7 +99,7 @@ def labels_of_indicator(y: Labels, columns: Sequence[str]) -> list[frozenset[str
     Raises
     ------
     InputError
-        If something else than 0 and 1 is in it, or it has another number of columns.
+        If it holds other values than 0 and 1, or has another number of columns.
     """
     array = dense(y)
     if array.shape[1] != len(columns) or not np.isin(array, (0, 1)).all():
@@ -108,7 +108,7 @@ def labels_of_indicator(y: Labels, columns: Sequence[str]) -> list[frozenset[str
 
 
 def in_columns(scores: np.ndarray, functions: Sequence[str], columns: Sequence[str]) -> np.ndarray:
-    """Return scores (N, F) of functions in the order of columns (N, C); 0 for what no training object had."""
+    """Return scores (N, F) of functions in the order of columns (N, C); 0 for functions of no training object."""
     if tuple(functions) == tuple(columns):
         return scores
     known = {name: number for number, name in enumerate(functions)}
@@ -124,6 +124,6 @@ def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> n
 def more_members(
     known: Sequence[str], members: np.ndarray, labels: Sequence[frozenset[str]]
 ) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the functions, and who has which, after more objects have come to those known (N, F) bool."""
+    """Return the functions, and which object has which (N, F) bool, after objects were added to known ones (M, F)."""
     functions = tuple(sorted(set(known).union(*labels)))
     return functions, np.vstack([in_columns(members, known, functions), memberships(labels, functions)])

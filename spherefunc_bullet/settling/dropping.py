@@ -1,4 +1,4 @@
-"""The old names of what is in `cached_runs`; they go with the next version."""
+"""The old names of what is in `cached_runs`; they will be removed in the next version."""
 
 from typing import Any
 

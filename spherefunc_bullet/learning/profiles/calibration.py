@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 COPY_WEIGHT = 0.1  # sample weight of a training copy: ten count as much as their original
 FOLDS = 3  # of the cross-validation that gives the held-out votes
-VOTE_MARGIN = 0.01  # votes nearer to 0 or 1 count as unanimous: a forest of 300 trees cannot distinguish them
+VOTE_MARGIN = 0.01  # votes nearer to 0 or 1 count as unanimous: some hundred trees cannot distinguish them
 STIFFNESS = 3.0  # nats, penalty of an e-fold change of slope or odds; chosen by log loss over training sizes
 LOWEST_LOG_ODDS = -700.0  # below this the exponential overflows a float
 UNCERTAIN_MARGIN, WIDEST_MARGIN = 0.1, 0.4  # score difference to the threshold that is unsure: at least, at most
