@@ -91,7 +91,7 @@ def compare(
         figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
     except KeyboardInterrupt:
         where = "the cache" if run is None else str(run)
-        say(f"spherefunc: stopped; every run that ended is kept in {where}, the same command goes on from there")
+        say(f"spherefunc: stopped; finished runs are kept in {where}, and the same command continues from there")
         raise typer.Exit(INTERRUPTED) from None
     if report is not None:
         if shares:

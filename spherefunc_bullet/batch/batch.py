@@ -46,7 +46,7 @@ class Batch:
         """The files by their names in the ledger."""
         return {self.dataset.name_of(item.path): item.path for item in self.dataset.objects}
 
-    def way(self, radius: float) -> RunConfig:
+    def run_config(self, radius: float) -> RunConfig:
         """Return the run configuration of a radius, as the ledger describes it."""
         config, simulator = self.drop_config, self.drop_config.simulator
         settings = config.settings(radius) | {"version": simulator.version, "options": simulator.options()}
@@ -133,7 +133,7 @@ def on_this_machine(tasks: Sequence[SimulationTask], folder: RunFolder, jobs: in
 def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[SimulationTask], list[FinishedObject]]:
     """Return tasks for the runs that are missing in the ledger, and the objects of which no run is missing."""
     objects = batch.objects
-    ways = {ledger.number(batch.way(radius)): radius for radius in batch.drop_config.radii}
+    ways = {ledger.number(batch.run_config(radius)): radius for radius in batch.drop_config.radii}
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
     valid: dict[str, list[LedgerRow]] = {name: [] for name in objects}
@@ -168,7 +168,7 @@ def known_failures(run: Path, dataset: Dataset, drop_config: DropConfig) -> dict
     batch = Batch(dataset=dataset, drop_config=drop_config, folder=RunFolder(run))
     objects, failed = batch.objects, {}
     with batch.folder.ledger() as ledger:
-        for row in ledger.failures([batch.way(radius) for radius in drop_config.radii]):
+        for row in ledger.failures([batch.run_config(radius) for radius in drop_config.radii]):
             path = objects.get(row.object)
             if path is not None and valid_row(row, path, batch.folder, drop_config, retry_failed=False):
                 failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")

@@ -65,7 +65,8 @@ def deliver(task: SimulationTask, limits: ObjectLimits) -> TaskResult:
         folder.make()
         ((_, outcome),) = finish([resident(limits)], iter([WorkerTask(0, str(task.path), (task, folder))]))
         if isinstance(outcome, InputError):
-            kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that is not the disk of the run
+            # A full disk of this worker is not that of the run.
+            kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)
             outcome = kind(str(outcome).replace(str(task.path), task.name))
         entries = (folder.partial / KIND).rglob("*.npz")
         return TaskResult(outcome=outcome, settled={entry.stem: entry.read_bytes() for entry in entries})
@@ -130,7 +131,7 @@ def received(future: Future, task: SimulationTask, folder: RunFolder) -> list[Le
     try:
         result = future.result()
     except CancelledError as error:
-        raise InputError("the cluster is lost: its scheduler is gone; what is done is kept, begin again") from error
+        raise InputError("the cluster was lost; finished objects are kept, and the same command continues") from error
     except Exception as error:  # of the executor, as when its worker was lost repeatedly
         return Crashed(f"{task.path}: expected a result, but its worker was lost; {type(error).__name__}: {error}")
     for run, content in result.settled.items():

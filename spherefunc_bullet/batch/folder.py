@@ -171,8 +171,8 @@ def copied_rows(
     source: RunFolder, other: Ledger, target: RunFolder, ledger: Ledger, failed: Callable, counts: dict[str, int]
 ) -> Iterator[list[LedgerRow]]:
     """Yield the rows for the ledger of the target, in portions, after their centres are copied."""
-    for number, way in other.ways().items():
-        ours = ledger.number(way)
+    for number, config in other.run_configs().items():
+        ours = ledger.number(config)
         known = {row.object: row for row in ledger.rows([ours])}
         rows = []
         for row in other.rows([number]):

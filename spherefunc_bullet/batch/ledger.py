@@ -1,4 +1,4 @@
-"""The ledger of a batch: one row for every object and way to simulate it, in SQLite.
+"""The ledger of a batch: one row for every object and run configuration, in SQLite.
 
 A row is waiting, done, or failed with a reason. Rows are written in transactions, so that a reader, also after a crash,
 sees a complete row or none. Readers and the writer do not wait for each other (write-ahead log).
@@ -51,7 +51,7 @@ WAITING, DONE = "waiting", "done"
 
 @dataclass(frozen=True, kw_only=True)
 class RunConfig:
-    """How an object is simulated: all that determines the result except the object."""
+    """How an object is simulated: all that determines the result but the object. Its number is the column ``way``."""
 
     backend: str
     settings: str  # JSON
@@ -147,19 +147,19 @@ class Ledger:
         with self.refusing():
             return self.connection.execute(sql, values).fetchall()
 
-    def number(self, way: RunConfig) -> int:
+    def number(self, config: RunConfig) -> int:
         """Return the number of a run configuration, which is added if it is new."""
         with self.writing() as connection:
-            connection.execute(f"INSERT OR IGNORE INTO ways ({WAY_COLUMNS}) VALUES (?, ?, ?, ?)", astuple(way))
-        (number,) = self.numbers([way])
+            connection.execute(f"INSERT OR IGNORE INTO ways ({WAY_COLUMNS}) VALUES (?, ?, ?, ?)", astuple(config))
+        (number,) = self.numbers([config])
         return number
 
-    def numbers(self, ways: Iterable[RunConfig]) -> list[int]:
+    def numbers(self, configs: Iterable[RunConfig]) -> list[int]:
         """Return the numbers of the run configurations that have one."""
         sql = f"SELECT way FROM ways WHERE ({WAY_COLUMNS}) = (?, ?, ?, ?)"
-        return [number for way in ways for (number,) in self.query(sql, astuple(way))]
+        return [number for config in configs for (number,) in self.query(sql, astuple(config))]
 
-    def ways(self) -> dict[int, RunConfig]:
+    def run_configs(self) -> dict[int, RunConfig]:
         """Return all run configurations by their numbers."""
         rows = self.query(f"SELECT way, {WAY_COLUMNS} FROM ways ORDER BY way")
         return {number: RunConfig(**dict(zip(WAY_NAMES, values, strict=True))) for number, *values in rows}
@@ -176,9 +176,9 @@ class Ledger:
         for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
             yield LedgerRow(**dict(zip(NAMES, values, strict=True)))
 
-    def failures(self, ways: Iterable[RunConfig]) -> list[LedgerRow]:
+    def failures(self, configs: Iterable[RunConfig]) -> list[LedgerRow]:
         """Return the rows of these run configurations that failed."""
-        return [row for row in self.rows(self.numbers(ways)) if row.outcome not in (WAITING, DONE)]
+        return [row for row in self.rows(self.numbers(configs)) if row.outcome not in (WAITING, DONE)]
 
     def write(self, rows: Iterable[LedgerRow]):
         """Write all of the rows or none, replacing those of the same objects and run configurations."""

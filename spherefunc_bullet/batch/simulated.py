@@ -79,18 +79,18 @@ def simulate_by_all(
     for errors, report in zip(known, failed, strict=True):
         for error in errors.values():
             report(error)
-    missing = [[way for way, errors in enumerate(known) if item.path not in errors] for item in dataset.objects]
-    left = [index for index, ways in enumerate(missing) if ways]
-    tasks = [(dataset.objects[index].path, [drop_configs[way] for way in missing[index]]) for index in left]
+    missing = [[number for number, errors in enumerate(known) if item.path not in errors] for item in dataset.objects]
+    left = [index for index, numbers in enumerate(missing) if numbers]
+    tasks = [(dataset.objects[index].path, [drop_configs[number] for number in missing[index]]) for index in left]
     records: list[dict[int, ObjectRecord]] = [{} for _ in drop_configs]
     done = simulate_by_several(tasks, jobs=jobs, home=run)
     for position, outcomes in progress(done, len(tasks), f"dropping spheres on {dataset.name}"):
         index = left[position]
-        for way, outcome in zip(missing[index], outcomes, strict=True):
+        for number, outcome in zip(missing[index], outcomes, strict=True):
             if isinstance(outcome, InputError):
-                failed[way](outcome)
+                failed[number](outcome)
             else:
-                records[way][index] = outcome
+                records[number][index] = outcome
     return [
         Simulated(dataset.name, tuple(dataset.objects[i] for i in sorted(own)), tuple(own[i] for i in sorted(own)))
         for own in records

@@ -71,7 +71,7 @@ class SimulationTask:
 
     path: Path
     name: str
-    radii: dict[int, float]  # way in the ledger -> metres
+    radii: dict[int, float]  # number of the run configuration in the ledger -> metres
     drop_config: DropConfig
     source: Source | None = None  # with its content, if the task is sent to another machine
 

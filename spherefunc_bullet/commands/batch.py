@@ -65,8 +65,9 @@ def run(
 ):
     """Simulate every object of DATA at every radius and save the results in DIR; call again to continue.
 
-    An object that crashes its process, takes too long or too much memory is tried twice, recorded as failed, and the
-    rest goes on. Shards and runs of other machines are joined by: spherefunc batch merge SHARD... --run DIR.
+    An object that crashes its process, or takes too long or too much memory, is tried twice and then recorded as
+    failed; the others continue. Shards and runs of other machines are joined by: spherefunc batch merge SHARD... --run
+    DIR.
     """
     if status:
         show_status(folder, json)
@@ -105,7 +106,7 @@ def run_and_report(batch: Batch, json: bool, **how):
                 failures.add(InputError(error))
     except KeyboardInterrupt:
         interrupted = True
-        say("spherefunc: stopped; what is done is kept, the same command goes on")
+        say("spherefunc: stopped; finished objects are kept, and the same command continues")
     summary = counts | {"seconds": round(time.perf_counter() - started, 3)}
     print_json(summary) if json else say(", ".join(f"{name} {value:g}" for name, value in summary.items()))
     if interrupted:

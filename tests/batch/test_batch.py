@@ -407,7 +407,7 @@ def test_ctrl_c_stops_at_once_and_keeps_what_is_done(many, tmp_path):
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate()
-    assert process.returncode == 130 and "the same command goes on" in stderr and "Traceback" not in stderr
+    assert process.returncode == 130 and "the same command continues" in stderr and "Traceback" not in stderr
     assert json.loads(stdout)["done"] >= 1
     with RunFolder(tmp_path / "run").ledger() as ledger:
         assert 1 <= status(ledger)["done"] < 150

@@ -81,4 +81,4 @@ def test_a_comparison_that_is_stopped_says_how_it_goes_on(tmp_path):
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate()
     assert process.returncode == 130 and "Traceback" not in stderr, stderr
-    assert "the same command goes on" in stderr and len(list(cache.rglob("*.npz"))) >= 3
+    assert "the same command continues" in stderr and len(list(cache.rglob("*.npz"))) >= 3
