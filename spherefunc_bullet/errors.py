@@ -85,7 +85,8 @@ def one_line(value: object) -> str:
 
 def warn_renamed(old: str, new: str):
     """Warn, for the code that calls the caller, that a public name has changed and the old one will be removed."""
-    warnings.warn(f"{old} is now {new}, and goes with the next version", DeprecationWarning, stacklevel=3)
+    message = f"{old} is now {new}; the old name will be removed in the next version"
+    warnings.warn(message, DeprecationWarning, stacklevel=3)
 
 
 def renamed(old: str, new: str) -> property:

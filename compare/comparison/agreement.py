@@ -28,7 +28,7 @@ from .significance import Report, paired_differences
 MOST = 6  # objects shown, so that the page stays small
 MAX_SPHERES = 4000  # of one run that are drawn: the first to settle
 Display = dict[str, Any]  # for the viewer, see `viewer.data.display`
-SPHERES_ACROSS = 24  # radii along the longest side, about, of the spheres shown at first
+SPHERES_ACROSS = 24  # approximate number of radii along the longest side, of the spheres shown at first
 
 
 def agreements(

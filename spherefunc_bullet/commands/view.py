@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..simulator import DropResult, Simulator
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres; one of them is chosen by the size of the object
-SPHERES_ACROSS = 36  # radii along the longest side, about: enough spheres to see how they lie, and each of them
+SPHERES_ACROSS = 36  # approximate number of radii along the longest side: spheres are seen one by one, and how they lie
 
 
 @dataclass(eq=False)

@@ -127,7 +127,7 @@ WHOLE = 0.5  # least share of a hand's breadth that carries
 
 
 def whole_cells(surface: HeightMap, middles: np.ndarray) -> np.ndarray:
-    """Return the places (..., 2) bool where a surface carries on most of a hand's breadth: nobody sits on tips.
+    """Return the places (..., 2) bool where a surface carries on most of a hand's breadth, unlike spikes.
 
     Gaps, as between slats, do not count, since they are not too steep.
     """

@@ -20,7 +20,7 @@ from .page import image_html, page_html, table_html
 from .pictures import GROUND_COLOUR, CameraView, object_picture
 
 TILE = CameraView(size=(360, 300))
-WORDS = 76  # pixels, height of the caption below a tile
+CAPTION_HEIGHT = 76  # pixels, below a tile
 ABREAST = 5  # tiles in a row
 MOST = 10  # number of poses of an object that are drawn
 INK, GREY, GOOD = (25, 25, 30), (90, 90, 100), (0, 130, 90)
@@ -68,7 +68,7 @@ def tile(cloud: Cloud, title: str, detail: str, framed: bool) -> Image.Image:
 
 def captioned(image: Image.Image, title: str, detail: str, framed: bool = False) -> Image.Image:
     """Return an image with two lines of text below it, and a coloured frame if requested."""
-    canvas = ImageOps.expand(image, (0, 0, 0, WORDS), PAPER)
+    canvas = ImageOps.expand(image, (0, 0, 0, CAPTION_HEIGHT), PAPER)
     pen, middle = ImageDraw.Draw(canvas), image.width / 2
     size = min(24, int(24 * 0.94 * image.width / max(1, pen.textlength(title, ImageFont.load_default(24)))))
     pen.text((middle, image.height + 20), title, INK, ImageFont.load_default(size), anchor="mm")

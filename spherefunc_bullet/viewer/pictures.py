@@ -21,7 +21,7 @@ CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut exposes
 GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
 CUT_BELOW = 0.5  # metres: smaller objects are cut open
-SPHERES_ACROSS = 30  # of a picture: about this many radii to an object's largest extent
+SPHERES_ACROSS = 30  # of a picture: approximate number of radii along an object's largest extent
 MAX_POINTS = 60_000  # of a cloud; more are thinned, since a picture has no more pixels for them
 
 
@@ -105,7 +105,7 @@ def render(
         Settled spheres, metres; coloured by height.
     radius : float
         Of the spheres, metres.
-    view : View
+    view : CameraView, optional
     """
     heights = np.asarray(centers, float).reshape(-1, 3)[:, 2]
     colours = sphere_colours(heights, FLAT * radius) if len(heights) else np.empty((0, 3))
@@ -129,7 +129,8 @@ def render_coloured(
 ) -> Image:
     """Draw an object and balls of colours (S, 3); see `render`.
 
-    ``shown`` are the corners (3,) of the box that the picture frames, metres; by default it holds all that is drawn.
+    ``shown`` are the lowest and highest corner (3,) of the box that the picture frames, metres; by default, it frames
+    everything that is drawn.
     """
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
@@ -141,7 +142,7 @@ def render_coloured(
         parts.append(ball_part(centers[behind], radius, ball_colours[behind]))
     image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
-        # Balls are whole, so that none is seen cut; the object begins behind the plane.
+        # Balls are drawn whole, since none is cut; of the object only the part behind the plane is drawn.
         begun = rays if part.centers is not None else rays.beyond_cut(view, (low + high) / 2)
         skipped = np.linalg.norm(begun.origins - rays.origins, axis=-1)
         distance, triangle, normals = begun.first_hits(part.scene)
