@@ -41,7 +41,7 @@ def mechanics(
 
 
 def print_measured(found: TaskReports):
-    """Print the results of backends for each task, and a sentence on the benefit of the dearer backend."""
+    """Print the results of backends for each task, and a sentence on the benefit of the more expensive backend."""
     from ..mechanics.measures import sentences
 
     for task, unable in found.unable.items():

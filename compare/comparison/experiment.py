@@ -73,8 +73,8 @@ def candidates(experiment: Experiment) -> list[ComparedSimulator]:
     Raises
     ------
     InputError
-        If a backend is unknown or not installed, or something is given for one that is not compared or has no use
-        for it.
+        If a backend is unknown or not installed, or an option is given for a backend that is not compared or does not
+        have it.
     """
     made = [candidate for backend in experiment.backends for candidate in shapes_of(experiment, backend)]
     names = {name for candidate in made for name in (candidate.name, candidate.backend)}

@@ -99,7 +99,7 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
         return "the only one compared"
     if chosen != cheap:
         return f"better than {cheap} ({with_margin(others[chosen])})"
-    return "; ".join(f"{name} is dearer and {difference_words(row)}" for name, row in others.items())
+    return "; ".join(f"{name}: slower, {difference_words(row)}" for name, row in others.items())
 
 
 def difference_words(row: Difference) -> str:
@@ -143,7 +143,7 @@ def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> st
         why = without_spheres(row) if row.beaten else row.reason
         rows.append([row.function, use, *of_backends, baseline, why])
     seconds = [format_duration(backend["seconds_per_object"]) for backend in backends.values()]
-    head = ["to tell", "use", *(f"F of {name}" for name in backends), "best without spheres", "why"]
+    head = ["function", "use", *(f"F of {name}" for name in backends), "best without spheres", "why"]
     return table_html(head, [*rows, ["", "median object", *seconds, "", ""]], texts=None, kind="recommendations")
 
 

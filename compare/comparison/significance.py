@@ -78,10 +78,11 @@ def benefit_sentence(report: Report) -> str:
     wins = max(apart[name] for name in backends) > apart[best]
     useless_shares = enumeration([f"{useless[name]:.0%} by {name.replace('_', ' ')}" for name in (*backends, best)])
     working_shares = enumeration([f"{works[name]:.0%}" for name in (*backends, best)])
-    lead = "Spheres tell what works from what looks alike" if wins else "Spheres do not tell what works better"
+    verb = "distinguish" if wins else "do not better distinguish"
+    lead = f"Spheres {verb} copies that work from copies that only look alike"
     return (
-        f"{lead}: of copies that no longer work {useless_shares}, the best that needs no spheres, are still called "
-        f"by their function; of copies changed harmlessly, {working_shares}."
+        f"{lead}: of copies that no longer work, {useless_shares}, the best baseline without spheres, are still "
+        f"classified by their function; of harmlessly changed copies, {working_shares} are."
     )
 
 
@@ -135,12 +136,12 @@ def unseen(row: Difference) -> str:
 
 def price_words(backend: Report, cheaper: Report) -> str:
     """Return in words how many times the time of a cheaper backend a backend takes."""
-    dear, cheap = backend["seconds_per_object"], cheaper["seconds_per_object"]
+    longer, shorter = backend["seconds_per_object"], cheaper["seconds_per_object"]
     note = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"
-    seconds = f"{format_duration(dear)} against {format_duration(cheap)} an object{note}"
-    if not cheap > 0:
+    seconds = f"{format_duration(longer)} against {format_duration(shorter)} an object{note}"
+    if not shorter > 0:
         return f"at {seconds}"
-    return f"at {dear / cheap:.{0 if dear / cheap >= 10 else 1}f} times the time ({seconds})"
+    return f"at {longer / shorter:.{0 if longer / shorter >= 10 else 1}f} times the time ({seconds})"
 
 
 def enumeration(words: Sequence[str]) -> str:

@@ -62,7 +62,7 @@ def copies_table(report: Report) -> TextTable:
     """Return the share of impaired copies that are still classified by their function, kind by kind."""
     title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
     columns, rows = share_rows(report["impaired"])
-    return TextTable(title=f"{title}: share still called by the function", columns=columns, rows=rows)
+    return TextTable(title=f"{title}: share still classified by the function", columns=columns, rows=rows)
 
 
 def task_table(report: Report) -> TextTable:

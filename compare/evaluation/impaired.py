@@ -1,7 +1,7 @@
 """Does it still work? How impaired copies of objects are classified, where their sources were not learnt.
 
-Where everything that looks like a chair is one, no benchmark can distinguish function from looks. Here are copies that
-look right and do not work, and copies that look different and do.
+If everything that looks like a chair is one, a benchmark cannot distinguish function from appearance. Here are copies
+that look right and do not work, and copies that look different and do work.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves
 from .readings import FeatureMethod, ProfileFeatures, readings, spheres_read, trials_of
 
-VERSION = 3  # of the copies; another number, made anew
+VERSION = 3  # of the copies; with another number they are made again
 TRIALS = 4  # random halves, where there are no sources to leave out
 # Endings of a feature's name: without the check whether objects fall over; trained on copies of other sources' objects
 # as well; and that without the kind of copy that is tested.
@@ -240,7 +240,7 @@ def shares_of(impaired: ImpairedSet, splits: Sequence[Split], predicted: Mapping
 
 def print_shares(shares: Shares):
     """Print a row for each kind and a column for each feature set."""
-    title = "\nimpaired copies of objects that were not learnt: share still called by the function"
+    title = "\nimpaired copies of objects that were not learnt: share still classified by the function"
     print_table(title, *share_rows(shares))
 
 

@@ -29,13 +29,13 @@ from .related.examiner import related
 
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
-PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
-WORTH_CORES = 400  # objects to be learnt in all, in a second: for fewer, other processes take longer to start
+PARTS = 10  # folds in place of leave-one-out: a forest takes seconds to learn, and nine tenths are nearly all objects
+WORTH_CORES = 400  # objects to learn in all, a second's work: for fewer, other processes take longer to start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UseChecks:
-    """Checks that objects can be used: they rule out functions for which the spheres speak."""
+    """Checks that objects can be used: they rule out functions that the spheres indicate."""
 
     fallen: np.ndarray  # (N,) bool: the objects that fall over when they are put down
     uses: tuple[Check, ...]  # of each object: whether it fails a check of its use, which takes time

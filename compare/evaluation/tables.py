@@ -60,7 +60,7 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     known = labels_of(learnt).functions
     unknown = set().union(*(item.functions for item in tested.objects)) - set(known)
     if unknown:
-        say(f"{tested.name}: no training object is labelled {', '.join(sorted(unknown))}; those can't be found")
+        say(f"{tested.name}: no training object is labelled {', '.join(sorted(unknown))}; so these cannot be found")
     both = learnt + tested
     labels, count = labels_of(both), len(learnt.objects)
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
@@ -129,8 +129,8 @@ def print_confusion(result: Result):
     confusion, trials = result["said"], result.get("trials", 1)
     rows = [[label, *(f"{n / trials:.1f}" for n in row.values())] for label, row in confusion["confusion"].items()]
     several = "".join(f", {n / trials:.1f} {name}" for name, n in confusion["memberships"].items())
-    title = f"{result_title(result)}, {confusion['tested'] / trials:g} tested: said to have functions{several}"
-    print_table(title, ["labelled", *(f"said {name}" for name in confusion["confusion"])], rows)
+    title = f"{result_title(result)}, {confusion['tested'] / trials:g} tested: predicted functions{several}"
+    print_table(title, ["labelled", *(f"predicted {name}" for name in confusion["confusion"])], rows)
     counted = [
         f"{name} {', '.join(f'{format_length(float(radius))} {n}x' for radius, n in radii.items())}"
         for name, radii in confusion["radii"].items()

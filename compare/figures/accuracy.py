@@ -24,10 +24,10 @@ def confusion_matrices(data: EvaluatedData) -> Plate:
     """Return Fig. 4: one confusion matrix for each training size, all trials counted together."""
     return Plate(
         stem="fig4_confusion",
-        caption="Of the tested objects with a label (row), how many per cent were said to have a function (column), "
-        f"{data.name}, {data.protocol.trials} trials together. An object may be said to have several "
-        "functions, and then counts in each, so a row may add up to more than 100; none is said of what got no "
-        "function. An object labelled with several functions counts in each of their rows.",
+        caption="Percentage of the tested objects with a label (row) that were predicted to have a function (column), "
+        f"{data.name}, {data.protocol.trials} trials together. An object that is predicted to have several functions "
+        "counts in each, so a row may add up to more than 100; none stands for objects without a predicted function. "
+        "An object labelled with several functions counts in each of their rows.",
         size=matrices_size(data),
         draw=lambda figure: draw_matrices(figure, data),
         rows=confusion_rows(data),
@@ -75,7 +75,7 @@ def draw_matrices(figure: Figure, data: EvaluatedData):
     for index, (axes, size) in enumerate(zip(grid.flat, sizes, strict=False)):
         image = draw_matrix(axes, count_confusion(data.labels, *data.evaluation.trials[size]))
         axes.set_title(f"({chr(97 + index)}) {size} training examples", fontweight="bold", loc="left")
-        axes.set_xlabel("said to be")
+        axes.set_xlabel("predicted")
         if index % across == 0:
             axes.set_ylabel("labelled")
     key = figure.colorbar(image, ax=grid, fraction=0.04, aspect=22, shrink=0.72)

@@ -36,9 +36,9 @@ def membership(data: EvaluatedData) -> Plate:
     return Plate(
         stem="fig5_membership",
         caption=f"Membership of every object of {data.name} when it is left out and all others are learnt, "
-        "grouped by label; the same order in all panels, within a group by score. Above the line an object is said "
-        "to have the function. Filled: labelled so and said so; hollow: labelled so, but missed; crosses: said so, "
-        "though neither labelled so nor true as well; plus signs: said so and true as well, though not the label.",
+        "grouped by label; the same order in all panels, within a group by score. Above the line an object is "
+        "predicted to have the function. Filled: labelled and predicted; hollow: labelled, but missed; crosses: "
+        "predicted, but neither labelled nor true as well; plus signs: predicted, true as well, but not the label.",
         size=(DOUBLE, 0.75 + min(1.15 * len(data.labels.functions), PAGE)),
         draw=lambda figure: draw_membership(figure, data),
         rows=membership_rows(data),
@@ -85,7 +85,7 @@ def draw_membership(figure: Figure, data: EvaluatedData):
     figure.supylabel("leave-one-out score", fontsize=8)
     # In grey, since each panel has its own shape and colour.
     marks = [each for _, each in marked(*np.zeros((3, 1), bool), {"marker": "o", "color": GREY, "markersize": 4})]
-    words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
+    words = ("neither", "labelled and predicted", "missed", "false positive", "predicted, true as well")
     keys = [Line2D([], [], linestyle="none", label=label, **each) for each, label in zip(marks, words, strict=True)]
     figure.legend(handles=keys, loc="outside upper center", ncols=5, columnspacing=1.4, handletextpad=0.3)
 

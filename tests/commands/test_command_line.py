@@ -463,7 +463,7 @@ def test_evaluate_says_who_was_taken_for_what(call, data):
     assert said["tested"] == sum(said["memberships"].values()) == 16  # eight in either trial
     assert said["memberships"]["none"] == sum(row["none"] for row in said["confusion"].values())
     assert said["radii"] == {name: {"0.02": 2} for name in ("cup", "sittable", "table")}
-    assert "said none" not in call(*arguments).stdout
+    assert "predicted none" not in call(*arguments).stdout
     printed = call(*arguments, "--confusion").stdout
     assert "8 tested" in printed and f"{said['memberships']['none'] / 2:.1f} none" in printed
     assert "radii chosen: cup 2 cm 2x" in printed

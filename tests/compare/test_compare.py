@@ -358,11 +358,12 @@ def test_what_spheres_buy_is_said_first():
     kinds = {"lid": row(False, 0.1, 0.6), "turned": row(True, 0.9, 0.8)}
     report = {"backends": {"fast": {}}, "impaired": {"cup": kinds}}
     assert benefit_sentence(report) == (
-        "Spheres tell what works from what looks alike: of copies that no longer work 10% by fast and 60% by points, "
-        "the best that needs no spheres, are still called by their function; of copies changed harmlessly, 90% and 80%."
+        "Spheres distinguish copies that work from copies that only look alike: of copies that no longer work, 10% by "
+        "fast and 60% by points, the best baseline without spheres, are still classified by their function; of "
+        "harmlessly changed copies, 90% and 80% are."
     )
     kinds["lid"]["share"]["points"] = 0.0
-    assert benefit_sentence(report).startswith("Spheres do not tell what works better: ")
+    assert benefit_sentence(report).startswith("Spheres do not better distinguish copies that work")
 
 
 def test_radii_for_one_and_for_all():
