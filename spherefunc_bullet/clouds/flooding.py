@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from ..processes.compilation import njit
+from ..processes.compilation import lean_njit, njit
 from .links import flood_links
 from .sampling import sample_surface
 
@@ -41,11 +41,8 @@ class Basin:
 
     def known_of(self, known: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the values of cells (X, Y, Z) bool at points (N, 3); above the grid, those of the highest cells."""
-        index = np.floor((points - self.origin) / self.cell).astype(int)
-        index[:, 2] = np.minimum(index[:, 2], known.shape[2] - 1)
-        inside = ((index >= 0) & (index < known.shape)).all(axis=1)
-        found = np.zeros(len(points), bool)
-        found[inside] = known[tuple(index[inside].T)]
+        found = np.zeros(len(points), np.bool_)
+        look_up(known, points, self.origin, self.cell, found)
         return found
 
     def share_below(self, height: float) -> float:
@@ -98,6 +95,18 @@ def standing_in(solid: np.ndarray) -> np.ndarray:
     links = np.full(solid.size, -1, np.int64)
     flood_links(np.zeros(solid.shape, np.uint8), solid, levels, links, np.full(solid.shape[2], -1, np.int64))
     return levels > np.arange(solid.shape[2], dtype=np.int32)
+
+
+@lean_njit(cache=True, error_model="numpy")
+def look_up(known, points, origin, cell, found):
+    """Write the values of cells at points; above the grid, those of the highest cells, and False beside it."""
+    sizes = known.shape
+    for n in range(len(points)):
+        i = int(np.floor((points[n, 0] - origin[0]) / cell))
+        j = int(np.floor((points[n, 1] - origin[1]) / cell))
+        k = min(int(np.floor((points[n, 2] - origin[2]) / cell)), sizes[2] - 1)
+        if 0 <= i < sizes[0] and 0 <= j < sizes[1] and k >= 0:
+            found[n] = known[i, j, k]
 
 
 @njit(cache=True, error_model="numpy")

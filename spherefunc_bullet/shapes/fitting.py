@@ -145,24 +145,35 @@ def cut(
     return done
 
 
-def best_cut(part: SurfacePart, exposed: ExposedSurface) -> tuple[SurfacePart, SurfacePart] | None:
+def best_cut(part: SurfacePart, exposed: ExposedSurface) -> list[SurfacePart] | None:
     """Return the two parts that together take the least of the free space; None if no plane cuts."""
     best, chosen, low = np.inf, None, max(np.ptp(part.hull.corners, axis=0).max() * 1e-4, 1e-9)
     for normal, offset in planes_for(part, exposed):
         height = part.triangles @ normal - offset
         if height.min() > -low or height.max() < low:
             continue
-        halves = [clipped(part.triangles, sign * height).reshape(-1, 3) for sign in (1, -1)]
-        if min(map(len, halves)) < 3:
+        sides = [clipped(part.triangles, sign * height) for sign in (1, -1)]
+        halves = halves_within(best, sides, exposed) if all(map(len, sides)) else None
+        if halves is None:
             continue
-        hulls = [hull_around(half) for half in halves]
-        cost = sum(taken_space(exposed.excess(hull)[1]) for hull in hulls)
-        cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(hull.corners, axis=0))) for hull in hulls) / low * 1e-4
+        cost = sum(taken_space(half.covered) for half in halves)
+        cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(half.hull.corners, axis=0))) for half in halves) / low * 1e-4
         if cost < best:
-            best, chosen = cost, height
-    if chosen is None:
-        return None
-    return tuple(part_of(clipped(part.triangles, sign * chosen), exposed) for sign in (1, -1))
+            best, chosen = cost, halves
+    return chosen
+
+
+def halves_within(most: float, sides: list[np.ndarray], exposed: ExposedSurface) -> list[SurfacePart] | None:
+    """Return the parts of two sides (T, 3, 3); None if one takes ``most`` or more of the free space.
+
+    The larger side is first, since hulls cost most of the time: if it takes too much, the other's is not needed.
+    """
+    halves = {}
+    for number in sorted((0, 1), key=lambda number: -len(sides[number])):
+        halves[number] = part_of(sides[number], exposed)
+        if taken_space(halves[number].covered) >= most:
+            return None
+    return [halves[0], halves[1]]
 
 
 def planes_for(part: SurfacePart, exposed: ExposedSurface) -> Iterator[tuple[np.ndarray, float]]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...clouds.flooding import Basin
 from ...errors import InputError
+from ...processes.compilation import lean_njit
 from ...simulator import DropResult, Stop
 from ...simulator.mechanics import CarryResult, CarrySettings
 from ..collision.shape import CollisionShape
@@ -199,15 +200,16 @@ class Carriage:
         world.step()
         centers = world.positions()
         lost = ~self.basin.known_of(self.over, centers)
-        self.check_paths(centers, lost | (np.linalg.norm(centers - self.seen, axis=1) > UNSEEN))
+        moved = lost.copy()
+        if not mark_moved(centers, self.seen, UNSEEN, moved):
+            return
+        self.check_paths(centers, moved)
         for slot in np.flatnonzero(lost)[::-1]:
             pybullet().removeBody(world.air.pop(slot), **world.engine)
         self.seen = self.seen[~lost]
 
     def check_paths(self, centers: np.ndarray, rows: np.ndarray):
         """Count the spheres, among these rows, that have passed through the object since they were last checked."""
-        if not rows.any():
-            return
         scale = self.world.scale
         hits = pybullet().rayTestBatch(
             (scale * self.seen[rows]).tolist(),
@@ -217,6 +219,17 @@ class Carriage:
         )
         self.crossed += sum(body >= 0 for body, *_ in hits)
         self.seen = np.where(rows[:, None], centers, self.seen)
+
+
+@lean_njit(cache=True, error_model="numpy")
+def mark_moved(centers, seen, most, rows):
+    """Mark the rows that have moved by more than a distance; return whether any row is marked."""
+    some = False
+    for n in range(len(rows)):
+        x, y, z = centers[n, 0] - seen[n, 0], centers[n, 1] - seen[n, 1], centers[n, 2] - seen[n, 2]
+        rows[n] |= np.sqrt(x * x + y * y + z * z) > most
+        some |= rows[n]
+    return some
 
 
 def carry_result(
