@@ -6,7 +6,7 @@ convex pieces. The carrying level follows from the heights of an object seen fro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -57,6 +57,7 @@ class FreeSpace:
 
     grid: VoxelGrid
     points: np.ndarray  # (N, 3) of the surface, in cells
+    known: dict[float, np.ndarray] = field(default_factory=dict, repr=False)  # what was reached, see there
 
     @cached_property
     def standing(self) -> np.ndarray:
@@ -84,11 +85,12 @@ class FreeSpace:
 
         Its radius is a share of the extent. Nothing passes below the ground.
         """
-        blocked = self.grid.near(self.points, share * CELLS)
-        blocked[:, :, :MARGIN] = True
-        free, _ = ndimage.label(~blocked)
-        outside = free[0, 0, -1]
-        return free == outside
+        if share not in self.known:
+            blocked = self.grid.near(self.points, share * CELLS)
+            blocked[:, :, :MARGIN] = True
+            free, _ = ndimage.label(~blocked)
+            self.known[share] = free == free[0, 0, -1]
+        return self.known[share]
 
 
 def largest(cells: np.ndarray) -> np.ndarray:
