@@ -45,9 +45,10 @@ def sticky(tmp_path) -> Path:
 def suite(backend: str, folder: Path, *arguments: str, as_installed: bool = False) -> str:
     """Return what the suite prints, run over one backend in a folder as another package would.
 
-    As it is installed, pytest finds our option by itself, and loads for seconds what else there is on the machine.
+    As it is installed, pytest finds our option by itself, and loads what else there is on the machine, but for a plugin
+    that comes with Open3D and takes seconds.
     """
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:dash"]
     environment = os.environ | {"PYTHONPATH": str(folder)}
     if not as_installed:
         command += ["-p", "spherefunc_bullet.conformance.option"]
