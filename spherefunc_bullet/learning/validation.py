@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,8 +41,15 @@ def share(part: int, whole: int) -> float:
 
 def validation_splits(members: np.ndarray, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return train and validation indices, 70 to 30, with members (N,) bool on both sides where possible."""
+    return list(known_splits(members.tobytes(), splits, random_state))
+
+
+@lru_cache(maxsize=256)  # features and baselines are validated on the same members in turn
+def known_splits(packed: bytes, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the splits of members (N,) bool, given as bytes."""
     from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
 
+    members = np.frombuffer(packed, bool)
     smallest = min(members.sum(), (~members).sum())
     kind = StratifiedShuffleSplit if smallest >= 2 and len(members) >= 4 else ShuffleSplit
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
@@ -89,7 +97,7 @@ def radius_weights(
     members : (N,) bool
     """
     radii = sorted(distances, reverse=method.tied == "largest")
-    if len(members) < 3 or members.all() or not members.any():
+    if len(radii) == 1 or len(members) < 3 or members.all() or not members.any():
         return {radii[0]: 1.0}
     splits = validation_splits(members, method.splits, random_state)
     measured = {r: round(validated_f_measure(distances[r], members, splits, method), 9) for r in radii}
