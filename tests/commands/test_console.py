@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from checkout import ROOT
 from cloud_files import mesh_bytes, mug
+from commands import spherefunc
 
 import spherefunc_bullet as sf
 from spherefunc_bullet import console
@@ -80,18 +81,19 @@ def test_a_file_is_classified_whatever_it_is_called(tmp_path):
 
 
 @pytest.mark.slow
-def test_names_of_training_objects_are_text(tmp_path):
+def test_names_of_training_objects_are_text(tmp_path, monkeypatch):
     for number, name in enumerate(("\x1b[31mcup", "[/foo]")):
         (tmp_path / "cup").mkdir(exist_ok=True)
         points = mug()[0] * (1 + 0.1 * number)
         np.savez(tmp_path / "cup" / f"{name.replace('/', '')}.npz", vertices=points, faces=mug()[1])
     (tmp_path / "none").mkdir()
     np.savez(tmp_path / "none" / "\x1b[32mslab.npz", points=np.random.default_rng(0).random((500, 3)) * [1, 1, 0.02])
-    trained = run(tmp_path, "train", ".", "--method", "cubes", "--radii", "2cm", "--out", "model.npz")
+    monkeypatch.chdir(tmp_path)
+    trained = spherefunc("train", ".", "--method", "cubes", "--radii", "2cm", "--out", "model.npz", "--jobs", "1")
     assert trained.returncode == 0, trained.stderr
-    done = run(tmp_path, "classify", "--model", "model.npz", "--explain", b"cup/\x1b[31mcup.npz")
-    assert done.returncode == 0 and b"slab" in done.stdout
-    assert not obeyed(done.stdout.decode()) and not obeyed(done.stderr.decode())
+    done = spherefunc("classify", "--model", "model.npz", "--explain", "cup/\x1b[31mcup.npz")
+    assert done.returncode == 0 and "slab" in done.stdout
+    assert not obeyed(done.stdout) and not obeyed(done.stderr)
 
 
 def test_errors_name_arguments_in_python_and_options_on_the_command_line(tmp_path):

@@ -22,8 +22,9 @@ needs_two = pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="this machine h
 
 
 @cache
-def dropped(shape: str = "chair", seed: int = 0, **options):
-    return make_simulator("fast", **options).drop(getattr(clouds, shape)(), DropSettings(radius=RADIUS), seed)
+def dropped(seed: int, cores: int = 1, as_drawn: bool = False, **limits):
+    simulator = make_simulator("fast", cores=cores, as_drawn=as_drawn)
+    return simulator.drop(clouds.chair(), DropSettings(radius=RADIUS, **limits), seed)
 
 
 @cache
@@ -42,9 +43,8 @@ def centers_of(run: DropRun) -> np.ndarray:
 @pytest.mark.parametrize(
     "limits", [{}, {"max_spheres": 5000}, {"max_drops": 6000}, {"miss_limit": 12}], ids=["none", *"SDM"]
 )
-def test_the_bits_do_not_depend_on_the_cores(limits, seed=4):
-    settings = DropSettings(radius=RADIUS, **limits)
-    one, two = (make_simulator("fast", cores=cores).drop(clouds.chair(), settings, seed) for cores in (1, 2))
+def test_the_bits_do_not_depend_on_the_cores(limits):
+    one, two = dropped(4, **limits), dropped(4, cores=2, **limits)
     for name in ("centers", "on_object", "columns", "outcomes"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert one.stop == two.stop and one.provenance == two.provenance
@@ -57,7 +57,7 @@ def test_a_large_object_is_filled_in_strips():
     assert run.spheres.nx * run.spheres.ny >= LARGE and [len(cuts) for _, cuts in run.strips.rounds] == [1, 1, 0]
     counts = [len(columns) for columns in run.columns]
     assert counts[0] == CHUNK // 4 and sum(FEW <= count < CHUNK // 4 for count in counts) > 5
-    assert np.array_equal(dropped().centers, centers_of(run))
+    assert np.array_equal(dropped(0).centers, centers_of(run))
 
 
 def test_each_settled_sphere_is_in_one_block():
@@ -100,7 +100,7 @@ def test_what_settles_ends_a_row_of_misses():
 
 
 def test_spheres_overlap_nothing_and_none_hangs_in_the_air():
-    result, cloud = dropped(), clouds.chair()
+    result, cloud = dropped(0), clouds.chair()
     distances = cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]
     assert distances.min() >= 0.98 * 2 * RADIUS
     to_cloud = cKDTree(cloud.points).query(result.centers)[0]
@@ -114,18 +114,18 @@ def test_the_pile_is_the_one_that_the_papers_order_gives():
     """Within three times what seeds differ by: how many settle, how high, how many on the object."""
     answer = []
     for options in ({}, {"as_drawn": True}):
-        results = [dropped("chair", seed, **options) for seed in range(5)]
+        results = [dropped(seed, **options) for seed in range(5)]
         heights = [result.centers[:, 2] for result in results]
         on_object = [result.on_object.mean() for result in results]
         answer.append([[len(z), z.mean(), z.std(), share] for z, share in zip(heights, on_object, strict=True)])
     strips, drawn = np.array(answer)
     spread = np.sqrt((strips.var(axis=0, ddof=1) + drawn.var(axis=0, ddof=1)) / 5)
     assert (abs(strips.mean(axis=0) - drawn.mean(axis=0)) < 3 * spread).all()
-    assert not np.array_equal(dropped().centers, dropped(as_drawn=True).centers)
+    assert not np.array_equal(dropped(0).centers, dropped(0, as_drawn=True).centers)
 
 
 def test_drops_are_told_in_the_order_of_their_columns():
-    result = dropped()
+    result = dropped(0)
     drawn = np.random.default_rng(0).uniform(*(bound[:2] for bound in clouds.chair().bounds), size=(result.drops, 2))
     assert np.array_equal(result.columns, drawn)
     settled = result.outcomes == 0
