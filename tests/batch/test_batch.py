@@ -118,7 +118,7 @@ def test_kill_9_changes_nothing(tmp_path):
     Two hundred times by hand: ``python tests/support/batch_runs.py``.
     """
     data, cache = small_objects(tmp_path / "data", 20), tmp_path / "cache"
-    batch_runs.start_batch(data, tmp_path / "undisturbed", cache).wait()
+    call("batch", data, "--run", tmp_path / "undisturbed", "--radii", "1cm,2cm", "--jobs", 1)
     expected = rows(tmp_path / "undisturbed"), arrays(tmp_path / "undisturbed")
     assert len(expected[0]) == 40 and len(expected[1]) == 38
     for run in batch_runs.disturbed(data, tmp_path, cache, kills=4, seed=2):

@@ -86,7 +86,7 @@ def kill_somewhere(process: subprocess.Popen, run: Path, chance: random.Random) 
     until, had = time.monotonic() + chance.uniform(0.0, STARTUP), results(run)
     if chance.random() < 0.5:
         while results(run) == had and process.poll() is None:
-            time.sleep(0.002)
+            time.sleep(0.01)
         until = time.monotonic() + chance.uniform(0.0, 0.2)
     while time.monotonic() < until and process.poll() is None:
         time.sleep(0.002)
