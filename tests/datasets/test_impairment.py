@@ -402,27 +402,27 @@ def test_evaluate_impaired_prints_the_contract(sources, tmp_path, monkeypatch, c
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)  # other processes take longer to start
     monkeypatch.setattr(features, "MANY", 10**6)
-    if not grouped:
-        monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
-        text = (sources / "manifest.csv").read_text()
-        (sources / "manifest.csv").write_text(text.replace(",here", ",all").replace(",there", ",all"))
+    monkeypatch.setattr(function_classifier, "TREES", 40 if grouped else 8)
+    if not grouped:  # half of the objects: what forests say is not looked at
+        head, *rows = (sources / "manifest.csv").read_text().splitlines()
+        (sources / "manifest.csv").write_text("\n".join([head, *(row for row in rows if row.endswith(",here"))]))
     command = ["evaluate", str(sources), "--impaired", "--radii", "5cm", "--train-sizes", "half", "--jobs", "1"]
     command += ["--trials", "1" if grouped else "2"]
     picture = tmp_path / "picture.png"
-    command += [] if grouped else ["--copied", "2"]
+    command += ["--copied", "2"] if grouped else []
     about = run_json(command + ([] if grouped else ["--picture", str(picture)]), monkeypatch, capsys)
     kinds = about["impaired"]["table"]
     assert list(about["impaired"]) == ["table"] and about["results"]
     assert picture.is_file() != grouped
     assert set(kinds) == {each.kind for each in IMPAIRMENTS if "table" in each.functions}
     for row in kinds.values():
-        assert isinstance(row["works"], bool) and 0 < row["copies"] <= 4
+        assert isinstance(row["works"], bool) and 0 < row["copies"] <= 2
         assert set(row["share"]) == FEATURES
         assert all(0 <= share <= 1 for share in row["share"].values())
     assert kinds["whole"]["share"]["rules"] == 1 and kinds["missing"]["share"]["rules"] == 0
     if grouped:
         # Two tables and two chests learnt tell little, but a table without its top from a whole one.
-        assert kinds["whole"]["share"]["spheres"] == 1 and kinds["missing"]["share"]["spheres"] <= 0.25
+        assert kinds["whole"]["share"]["spheres"] == 1 and kinds["missing"]["share"]["spheres"] <= 0.5
         assert kinds["triangulation"]["share"]["spheres"] == 1
     else:
         made = list((tmp_path / "cache" / "impaired").iterdir())
