@@ -171,7 +171,7 @@ def balanced_rows(members: np.ndarray) -> np.ndarray:
     return np.sort(np.append(np.flatnonzero(members), others[np.arange(0, len(others), step).astype(int)]))
 
 
-FORMAT = 7  # of the files; with another number rooms are scanned again
+FORMAT = 8  # of the files; with another number rooms are scanned again
 
 
 def cached_examples(

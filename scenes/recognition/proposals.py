@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.surfaces import Pool, level_pools, parted_at_necks, resting_places
-from ..pools.tops import Top, cut_out, ground_top, objects_on, top_of_pool
+from ..pools.tops import Top, cut_out, footprint_of, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
@@ -159,11 +159,9 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     z = scene.points[:, 2]
     solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
     thinned = cells(scene.points[solid], SEGMENTATION.leaf_size)
-    centers = resting_places(thinned.means, simulator, RECOGNITION.radius, seed=seed)
     candidates = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
     voxels = cells(scene.points[candidates], SEGMENTATION.leaf_size)
-    found = level_pools(voxels.means, centers, RECOGNITION.radius)
-    pools = [pool for pool in found if POOL.lowest < pool.height < POOL.highest]
+    pools, centers = layers_of_pools(thinned.means, voxels.means, simulator, seed)
     if not cautious:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, RECOGNITION.radius)]
     gap = POOL.cautious_gap if cautious else POOL.back_gap
@@ -177,6 +175,37 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     for top in tops:
         proposed += on_top(scene.points, candidates, top, simulator, seed)
     return [proposal for proposal in proposed if len(proposal.members) >= POOL.min_points]
+
+
+def layers_of_pools(
+    solid: np.ndarray, points: np.ndarray, simulator: str | Simulator, seed: int
+) -> tuple[list[Pool], np.ndarray]:
+    """Return the pools of spheres on a scene and on what its surfaces cover, and the spheres' centres (S, 3), metres.
+
+    From above, no sphere reaches a seat under a table, or a lower board of a shelf. So what carries spheres is taken
+    away with everything above it, and spheres fall on what it covered, until they find no other surface.
+
+    Parameters
+    ----------
+    solid : (N, 3) float64, metres, level frame
+        The scene without its floor.
+    points : (M, 3) float64, metres, level frame
+        Those of its points that are not part of a wall either.
+    """
+    pools, centers = [], []
+    while True:
+        centers.append(resting_places(solid, simulator, RECOGNITION.radius, seed=seed))
+        layer = [pool for pool in level_pools(points, centers[-1], RECOGNITION.radius) if pool.height > POOL.lowest]
+        pools += [pool for pool in layer if pool.height < POOL.highest]
+        covered = [under(pool, solid) for pool in layer if pool.area >= POOL.part_area]
+        if not covered:
+            return pools, np.vstack(centers)
+        solid = solid[np.any(covered, axis=0)]
+
+
+def under(pool: Pool, points: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) lie below a pool's surface, (N,) bool."""
+    return footprint_of(pool).holds(points) & (points[:, 2] < pool.height - 2 * POOL.slab)
 
 
 def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:

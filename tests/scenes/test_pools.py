@@ -183,6 +183,19 @@ def test_pools_propose_what_clusters_do_not():
     assert min(best) > 0.6
 
 
+def test_spheres_fall_on_what_a_surface_covers():
+    hidden = chair(0.0, 0.1)  # under the top altogether, back and all
+    hidden = hidden[hidden[:, 2] < 0.7]
+    boards = [sheet_at(0.8, 0.3, height) for height in (0.4, 0.8, 1.2, 1.6)]
+    shelf = moved(np.vstack([*boards, sheet([-0.4, 0.15, 0], [0.8, 0, 0], [0, 0, 1.6])]), 3.0, 0.0)
+    points = np.vstack([square_table(1.4, 0.8, 0.74), hidden, shelf, moved(mug().points, 3.0, 0.0, 0.4)])
+    proposed = propose(Scene(points=points, labels=np.zeros(len(points), int)), "fast", [POOLS])
+    heights = {round(one.pool.height, 2) for one in proposed if one.pool is not None}
+    assert heights == {0.4, 0.45, 0.74, 0.8, 1.2}  # the seat, the table, and the boards within reach
+    near_mug = [one for one in proposed if np.abs(points[one.members].mean(axis=0) - [3.0, 0.0, 0.45]).max() < 0.03]
+    assert near_mug
+
+
 @pytest.mark.parametrize("kinds", ["pool", "clusters,", "all"])
 def test_unknown_kinds_of_proposals_are_refused(kinds):
     with pytest.raises(InputError, match="--proposals"):
