@@ -13,7 +13,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
-from .grid import BLOCK, enlarged, point_grid, point_spacing, sphere_grid
+from .grid import BLOCK, PointGrid, enlarged, point_grid, point_spacing, sphere_grid
 from .nearby import MAX_SPHERES, POINT_REACH, Neighbourhood
 from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
@@ -31,6 +31,21 @@ def empty_neighborhood(point_count: int) -> Neighbourhood:
     return Neighbourhood(*rooms, np.full(3, np.inf), *scratch)
 
 
+def sorted_points(cloud: Cloud, settings: DropSettings) -> tuple[PointGrid, float]:
+    """Return a cloud's points in a grid, and their spacing, metres: once for all runs of few spheres of one radius."""
+    low, high = cloud.bounds
+
+    def sort(points: np.ndarray) -> tuple[PointGrid, float]:
+        grid = point_grid(points, low, high, settings.radius)
+        return grid, point_spacing(grid)
+
+    if settings.max_drops is None:
+        return sort(cloud.points)
+    # Few spheres do not justify the cost of finer points.
+    sparse = SPARSE * settings.radius
+    return cloud.cached(("points for few spheres by fast", settings.radius), lambda: sort(cloud.thinned(sparse)))
+
+
 class RollOptions(Protocol):
     """The options of `FastSimulator` that a run needs."""
 
@@ -46,20 +61,17 @@ class DropRun:
         self.settings, self.how, self.seed = settings, how, seed
         self.seconds = 0.0
         self.low, self.high = cloud.bounds
-        points, reach = cloud.points, POINT_REACH * settings.radius
-        if settings.max_drops is not None:  # few spheres do not justify the cost of finer points
-            points, reach = cloud.thinned(SPARSE * settings.radius), None
-        self.points = point_grid(points, self.low, self.high, settings.radius)
-        spacing = point_spacing(self.points)
+        reach = POINT_REACH * settings.radius if settings.max_drops is None else None
+        self.points, spacing = sorted_points(cloud, settings)
         if cloud.mesh is not None:  # the nearest sample may lie on the other side of a thin wall
             spacing = max(spacing, PITCH)
         self.shape = roll_shape(settings.radius, spacing, how.flat_angle_deg)
         self.inside = (self.low, self.high)  # where spheres may rest on spheres alone
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
-        self.nearby = empty_neighborhood(len(points))
+        self.nearby = empty_neighborhood(len(self.points.xyz))
         self.strips = None
         if settings.max_drops is None and not how.as_drawn and self.spheres.nx * self.spheres.ny >= LARGE:
-            scratch = [empty_neighborhood(len(points)) for _ in range(how.cores)]
+            scratch = [empty_neighborhood(len(self.points.xyz)) for _ in range(how.cores)]
             self.strips = Strips(self.spheres, settings.radius, scratch)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)

@@ -18,6 +18,7 @@ from spherefunc_bullet.simulator import DropSettings, Simulator, isolated, make_
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN
+from .ground_squares import GroundSquares
 
 
 def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float, *, seed: int = 0) -> np.ndarray:
@@ -77,6 +78,18 @@ class Pool:
     def area(self) -> float:
         """Area of the visible surface, square metres."""
         return len(self.squares) * SCAN.cell**2
+
+    @cached_property
+    def footprint(self) -> GroundSquares:
+        """The ground below the surface, with gaps closed that are at most as wide as a neck."""
+        from scipy.ndimage import binary_fill_holes
+
+        border = int(np.ceil((POOL.neck + POOL.back_reach) / SCAN.cell)) + 2
+        corner = self.squares.min(axis=0) - border
+        mask = np.zeros(self.squares.max(axis=0) - corner + border + 1, bool)
+        mask[tuple((self.squares - corner).T)] = True
+        closed = GroundSquares(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
+        return GroundSquares(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
     @property
     def is_table(self) -> bool:

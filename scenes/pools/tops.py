@@ -12,47 +12,8 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN, SEGMENTATION
+from .ground_squares import GroundSquares
 from .surfaces import Pool, upper_face
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class GroundSquares:
-    """A part of the ground, as squares of `SCAN.cell`."""
-
-    corner: np.ndarray  # (2,) int64, square of the mask's first element
-    mask: np.ndarray  # (X, Y) bool
-
-    def holds(self, points: np.ndarray) -> np.ndarray:
-        """Return which points (N, 3) lie above or below it, (N,) bool."""
-        x, y = (np.floor(points[:, k] / SCAN.cell).astype(np.int64) - self.corner[k] for k in range(2))
-        known = (x >= 0) & (x < self.mask.shape[0]) & (y >= 0) & (y < self.mask.shape[1])
-        inside = np.zeros(len(points), bool)
-        inside[known] = self.mask[x[known], y[known]]
-        return inside
-
-    def grown(self, distance: float) -> GroundSquares:
-        """Return it with all squares within a distance in metres."""
-        from scipy.ndimage import distance_transform_edt
-
-        return GroundSquares(corner=self.corner, mask=distance_transform_edt(~self.mask) * SCAN.cell <= distance)
-
-    def shrunk(self, distance: float) -> GroundSquares:
-        """Return it without the squares within a distance in metres of its edge."""
-        from scipy.ndimage import distance_transform_edt
-
-        return GroundSquares(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
-
-
-def footprint_of(pool: Pool) -> GroundSquares:
-    """Return the ground below a pool's surface, with gaps closed that are at most as wide as a neck."""
-    from scipy.ndimage import binary_fill_holes
-
-    border = int(np.ceil((POOL.neck + POOL.back_reach) / SCAN.cell)) + 2
-    corner = pool.squares.min(axis=0) - border
-    mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
-    mask[tuple((pool.squares - corner).T)] = True
-    closed = GroundSquares(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
-    return GroundSquares(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
 def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
@@ -66,7 +27,7 @@ def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
     gap : float
         Largest distance of a back's lower edge above the surface, metres.
     """
-    ground = footprint_of(pool)
+    ground = pool.footprint
     bare = ground.grown(2 * SCAN.cell).holds(points) & (points[:, 2] < pool.height + POOL.slab)
     if pool.is_table:
         return bare
@@ -80,10 +41,10 @@ def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
 
 def is_back(part: np.ndarray, pool: Pool, middle: GroundSquares, gap: float) -> bool:
     """Return whether a part (P, 3) that rises around a pool is a back or an arm, not an object that stands on it."""
-    if part[:, 2].min() > pool.height + gap:
+    if part[:, 2].min() > pool.height + gap or middle.holds(part).mean() >= 0.5:
         return False
-    squares = np.unique(np.floor(part[:, :2] / SCAN.cell).astype(np.int64), axis=0)
-    return bool(len(squares) * SCAN.cell**2 < POOL.back_area * pool.area + 0.02 and middle.holds(part).mean() < 0.5)
+    least = (POOL.back_area * pool.area + 0.02) / SCAN.cell**2  # squares of an object that stands on it
+    return len(part) < least or len(np.unique(np.floor(part[:, :2] / SCAN.cell).astype(np.int64), axis=0)) < least
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,7 +63,7 @@ class Top:
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, since few tables are level to the centimetre, with the points on it."""
-    near = footprint_of(pool).grown(POOL.slab).holds(points)
+    near = pool.footprint.grown(POOL.slab).holds(points)
     on_top = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
     top = top_at(points, np.flatnonzero(near), fitted_height(points[on_top], pool.height))
     return replace(top, is_table=pool.is_table)
@@ -159,7 +120,7 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
     pool : Pool
         Whose surface the object has.
     """
-    ground = footprint_of(pool)
+    ground = pool.footprint
     near = ground.grown(POOL.slab).holds(points) & (np.abs(points[:, 2] - pool.height) < POOL.slab)
     if not near.any():
         return points

@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.surfaces import Pool, level_pools, parted_at_necks, resting_places
-from ..pools.tops import Top, cut_out, footprint_of, ground_top, objects_on, top_of_pool
+from ..pools.tops import Top, cut_out, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
@@ -81,28 +81,31 @@ def propose(
         Whether no surface is divided and backs begin near their seats, as in training, where few guesses are better.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
+    corners = [corners_of(scene.points[one.members]) for one in proposed]
     for new in pool_proposals(scene, simulator, seed, cautious) if POOLS in kinds else []:
-        same = same_proposal(scene.points, new, proposed)
+        extent = corners_of(scene.points[new.members])
+        same = same_proposal(new, extent, proposed, corners)
         if same is None:
             proposed.append(new)
+            corners.append(extent)
         elif new.pool is not None and proposed[same].pool is None:
             proposed[same] = replace(proposed[same], pool=new.pool)
     return proposed
 
 
-def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Proposal]) -> int | None:
-    """Return which other proposal has nearly the same points, of (N, 3), and the same extent; None if none has.
+def same_proposal(
+    proposal: Proposal, extent: np.ndarray, others: Sequence[Proposal], corners: Sequence[np.ndarray]
+) -> int | None:
+    """Return which other proposal has nearly the same points and the same corners (2, 3); None if none has.
 
-    Extents matter for a thin back, which has few points: an object with its back differs from its seat alone.
+    Corners matter for a thin back, which has few points: an object with its back differs from its seat alone.
     """
-    corners = corners_of(points[proposal.members])
-    low, high = RECOGNITION.same_points * len(proposal.members), len(proposal.members) / RECOGNITION.same_points
-    for k, other in enumerate(others):
-        if not low <= len(other.members) <= high:
-            continue
-        if shared_points(proposal, other) > RECOGNITION.same_points * max(len(proposal.members), len(other.members)):
-            if np.abs(corners_of(points[other.members]) - corners).max() < 2 * POOL.slab:
-                return k
+    alike = np.abs(np.reshape(corners, (-1, 2, 3)) - extent).max(axis=(1, 2), initial=0.0) < 2 * POOL.slab
+    for k in np.flatnonzero(alike):
+        small, large = sorted((len(proposal.members), len(others[k].members)))
+        least = RECOGNITION.same_points * large
+        if small >= least and shared_points(proposal, others[k]) > least:
+            return int(k)
     return None
 
 
@@ -172,8 +175,9 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     ]
     tops = [top_of_pool(scene.points[candidates], pool) for pool in pools if pool.area >= POOL.part_area]
     tops += [ground_top(scene.points[candidates])] if scene.on_table else []
+    known: set[bytes] = set()
     for top in tops:
-        proposed += on_top(scene.points, candidates, top, simulator, seed)
+        proposed += on_top(scene.points, candidates, top, known, simulator, seed)
     return [proposal for proposal in proposed if len(proposal.members) >= POOL.min_points]
 
 
@@ -205,10 +209,12 @@ def layers_of_pools(
 
 def under(pool: Pool, points: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) lie below a pool's surface, (N,) bool."""
-    return footprint_of(pool).holds(points) & (points[:, 2] < pool.height - 2 * POOL.slab)
+    return pool.footprint.holds(points) & (points[:, 2] < pool.height - 2 * POOL.slab)
 
 
-def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:
+def on_top(
+    points: np.ndarray, own: np.ndarray, top: Top, known: set[bytes], simulator: str | Simulator, seed: int
+) -> list[Proposal]:
     """Return the objects that stand on a top, and the vessels in those that are wider than a vessel.
 
     Parameters
@@ -216,9 +222,14 @@ def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simul
     points : (N, 3) float64, metres, level frame
     own : (M,) int64
         The points that the top's indices refer to.
+    known : set of bytes
+        The members of objects on other tops, which are left out; those of this top are added.
     """
     proposed = []
     for members in objects_on(top):
+        if members.tobytes() in known:
+            continue
+        known.add(members.tobytes())
         item = points[own[members]]
         box = bounding_box(item)
         if box.size[1] < POOL.narrowest:

@@ -10,7 +10,7 @@ from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks, resting_places, upper_face
-from spherefunc_bullet.scenes.pools.tops import cut_out, footprint_of, ground_top, objects_on, top_of_pool
+from spherefunc_bullet.scenes.pools.tops import cut_out, ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
 from spherefunc_bullet.scenes.settings import POOL, SCAN
@@ -96,7 +96,7 @@ def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
     points = sheet_at(1.0, 0.8, 0.7)
     shadow = (np.abs(points[:, :2]) < 0.05).all(axis=1)
     (pool,) = pools_of(points[~shadow])
-    ground = footprint_of(pool)
+    ground = pool.footprint
     assert ground.holds(np.array([[0.0, 0.0, 0.0]]))[0]
     assert ground.mask.sum() * SCAN.cell**2 == pytest.approx(0.8, rel=0.1)
 
