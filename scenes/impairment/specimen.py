@@ -95,9 +95,10 @@ def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Calla
     """
 
     def of_part(change: Callable[..., ObjectSurface | None]) -> Change:
+        """Return a change of whole specimens."""
+
         @wraps(change)
         def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> ObjectSurface | None:
-            """Return the changed surface, or None where the change cannot be made."""
             value = getattr(specimen, part)
             if value is None or (triangles and specimen.surface.is_cloud):
                 return None

@@ -16,13 +16,15 @@ def corners_of(points: np.ndarray) -> np.ndarray:
 
 def well_within(points: np.ndarray) -> np.ndarray:
     """Return which points (N, 2) lie inside the octagon of the extreme ones, (N,) bool (Akl and Toussaint, 1978)."""
-    x, y = points.T
+    x, y = np.ascontiguousarray(points.T)
     turning = (x, x + y, y, y - x)  # four of the eight directions; the others are their opposites
     ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
-    within = np.ones(len(points), bool)
+    within, area, other = np.ones(len(points), bool), np.empty_like(x), np.empty_like(x)  # new memory would be slow
     for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
         if a != b:
-            within &= (x[b] - x[a]) * (y - y[a]) - (y[b] - y[a]) * (x - x[a]) > _INSIDE
+            np.multiply(np.subtract(y, y[a], out=area), x[b] - x[a], out=area)
+            np.multiply(np.subtract(x, x[a], out=other), y[b] - y[a], out=other)
+            within &= np.subtract(area, other, out=area) > _INSIDE
     return within
 
 

@@ -57,8 +57,8 @@ def levelled(cloud: Cloud) -> Cloud:
 
 def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
     """Return how far feet (N, 2) reach beyond the centre of an object in the least favourable direction, metres."""
-    around = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
-    return float(((feet - cloud.points[:, :2].mean(axis=0)) @ around).max(axis=0).min())
+    around, center = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)]), [axis.mean() for axis in cloud.points.T[:2]]
+    return float(((feet - center) @ around).max(axis=0).min())
 
 
 def upright_rotation(cloud: Cloud) -> np.ndarray | None:

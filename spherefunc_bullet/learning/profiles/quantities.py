@@ -221,8 +221,14 @@ class Ranks:
         """Return the distances (A, N) from objects, given as quantities (A, D), to the training objects."""
         rows = ranks_among(self.ordered, queries)
         blocks = [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
-        parts = [np.abs(block[:, None] - self.ranks[None]).mean(axis=2) for block in blocks]
+        parts = [mean_differences(block, self.ranks) for block in blocks]
         return np.vstack([*parts, np.empty((0, len(self.learnt)))])
+
+
+def mean_differences(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the mean absolute differences (A, N) of rows (A, D) from other rows (N, D)."""
+    differences = rows[:, None] - others[None]
+    return np.abs(differences, out=differences).mean(axis=2)
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
