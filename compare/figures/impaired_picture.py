@@ -160,7 +160,7 @@ def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     for name, words in ((USELESS, "useless copies"), (HARMLESS, "harmless copies")):
         if not np.isnan(list(means[name].values())).all():
             means_text = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
-            sentences.append(f"Share of {words} that are still called useful: {means_text}.")
+            sentences.append(f"Share of {words} still classified as useful: {means_text}.")
     return sentences
 
 
@@ -220,11 +220,11 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
     key = figure.add_axes((GAP / wide, 0.52 / high, 1.4 / wide, 0.13 / high))
     key.imshow(np.linspace(0, 1, 64)[None], aspect="auto", cmap=colours())
     key.set_axis_off()
-    words = "wrong to right.  In each cell: how many per cent of the copies are still called by the function."
+    words = "wrong to right.  In each cell: the share of copies, in per cent, that are still classified by their function."
     figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
     meanings = [f"{words}: {COLUMNS[name][1]}." for name, words in columns.items() if name in COLUMNS]
-    for line, said in enumerate((meanings[:-2], meanings[-2:])):
-        figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(said), fontsize=8, va="center", color=GREY)
+    for line, meaning in enumerate((meanings[:-2], meanings[-2:])):
+        figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(meaning), fontsize=8, va="center", color=GREY)
 
 
 WIDE, HIGH, ACROSS = 2.1, 1.9, 5  # inches of a panel, and panels in a row
