@@ -16,6 +16,11 @@ class GroundSquares:
     corner: np.ndarray  # (2,) int64, square of the mask's first element
     mask: np.ndarray  # (X, Y) bool
 
+    @property
+    def range_x(self) -> tuple[float, float]:
+        """The least and the largest x, metres."""
+        return self.corner[0] * SCAN.cell, (self.corner[0] + self.mask.shape[0]) * SCAN.cell
+
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
         x, y = (np.floor(points[:, k] / SCAN.cell).astype(np.int64) - self.corner[k] for k in range(2))

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scans.cells import cells
+from spherefunc_bullet.clouds.cloud import corners_of
+
+from ..scans.cells import Cells, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN, SEGMENTATION
 from .ground_squares import GroundSquares
@@ -44,7 +46,7 @@ def is_back(part: np.ndarray, pool: Pool, middle: GroundSquares, gap: float) -> 
     if part[:, 2].min() > pool.height + gap or middle.holds(part).mean() >= 0.5:
         return False
     least = (POOL.back_area * pool.area + 0.02) / SCAN.cell**2  # squares of an object that stands on it
-    return len(part) < least or len(np.unique(np.floor(part[:, :2] / SCAN.cell).astype(np.int64), axis=0)) < least
+    return len(part) < least or len(cells(part * [1, 1, 0], SCAN.cell).keys) < least
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,12 +63,29 @@ class Top:
         return points[:, :2] @ self.plane[:2] + self.plane[2]
 
 
-def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
-    """Return a pool's surface as a plane, since few tables are level to the centimetre, with the points on it."""
-    near = pool.footprint.grown(POOL.slab).holds(points)
-    on_top = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
-    top = top_at(points, np.flatnonzero(near), fitted_height(points[on_top], pool.height))
+def top_of_pool(points: np.ndarray, pool: Pool, voxels: Cells) -> Top:
+    """Return a pool's surface as a plane, since few tables are level to the centimetre, with the points on it.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    pool : Pool
+    voxels : Cells
+        Of these points.
+    """
+    ground = pool.footprint.grown(POOL.slab)
+    near = rows_along_x(voxels, *ground.range_x)
+    near = np.sort(near[ground.holds(points[near])])
+    on_top = near[np.abs(points[near, 2] - pool.height) < POOL.slab]
+    top = top_at(points, near, fitted_height(points[on_top], pool.height))
     return replace(top, is_table=pool.is_table)
+
+
+def rows_along_x(voxels: Cells, low: float, high: float) -> np.ndarray:
+    """Return the rows (K,) int64, in any order, of the points in voxels that reach between two values of x, metres."""
+    x = voxels.indices[:, 0]  # ascends
+    first, last = np.searchsorted(x, [np.floor(low / voxels.side), np.floor(high / voxels.side) + 1])
+    return voxels.order[voxels.start[first] : voxels.start[last]]
 
 
 def ground_top(points: np.ndarray) -> Top:
@@ -101,7 +120,7 @@ def objects_on(top: Top) -> list[np.ndarray]:
         return []
     fine = cells(top.points, POOL.spacing)
     found = members_of(euclidean_clusters(fine.means, SEGMENTATION.cluster_tolerance)[fine.cell_of])
-    sizes = [np.ptp(top.points[rows], axis=0) for rows in found]
+    sizes = [np.subtract(*corners_of(top.points[rows])[::-1]) for rows in found]
     return [
         top.indices[rows]
         for rows, size in zip(found, sizes, strict=True)

@@ -163,7 +163,8 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
     thinned = cells(scene.points[solid], SEGMENTATION.leaf_size)
     candidates = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
-    voxels = cells(scene.points[candidates], SEGMENTATION.leaf_size)
+    points = scene.points[candidates]
+    voxels = cells(points, SEGMENTATION.leaf_size)
     pools, centers = layers_of_pools(thinned.means, voxels.means, simulator, seed)
     if not cautious:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, RECOGNITION.radius)]
@@ -173,8 +174,8 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
         Proposal(by=POOLS, members=candidates[cut], support=0.0, pool=pool)
         for cut, pool in zip(cuts, pools, strict=True)
     ]
-    tops = [top_of_pool(scene.points[candidates], pool) for pool in pools if pool.area >= POOL.part_area]
-    tops += [ground_top(scene.points[candidates])] if scene.on_table else []
+    tops = [top_of_pool(points, pool, voxels) for pool in pools if pool.area >= POOL.part_area]
+    tops += [ground_top(points)] if scene.on_table else []
     known: set[bytes] = set()
     for top in tops:
         proposed += on_top(scene.points, candidates, top, known, simulator, seed)

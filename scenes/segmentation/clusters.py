@@ -38,11 +38,11 @@ def members_of(labels: np.ndarray) -> list[np.ndarray]:
 
 
 def renumbered(cluster_of: np.ndarray) -> np.ndarray:
-    """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
-    _, first, member = np.unique(cluster_of, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[member.ravel()]
+    """Return clusters (N,) int64, each below N, numbered from 0 in the order of their first points."""
+    places, first = np.arange(len(cluster_of)), np.empty(len(cluster_of), np.int64)
+    first[cluster_of[::-1]] = places[::-1]  # of several values for one place the last one stays
+    first_of = first[cluster_of]
+    return (np.cumsum(first_of == places) - 1)[first_of]
 
 
 @njit(cache=True, error_model="numpy")

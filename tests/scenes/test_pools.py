@@ -13,6 +13,7 @@ from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.tops import cut_out, ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
+from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.settings import POOL, SCAN
 
 RADIUS = 0.04
@@ -104,7 +105,7 @@ def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
 def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     points = np.vstack([square_table(1.0, 0.8, 0.5), moved(mug().points, 0.2, 0.1, 0.5)])
     (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
-    (members,) = objects_on(top_of_pool(points, pool))
+    (members,) = objects_on(top_of_pool(points, pool, cells(points, SCAN.cell)))
     assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
     # But its bottom, and the centimetre above the top that may be the top's.
     assert len(members) == pytest.approx((mug().points[:, 2] > SCAN.cell / 2).sum(), rel=0.02)
@@ -116,7 +117,7 @@ def test_a_mug_on_a_board_that_is_seen_from_both_sides_stands_on_its_upper_face(
     points = np.vstack([board, moved(mug().points, 0.2, 0.1, 0.5)])
     (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
     assert pool.height == pytest.approx(0.5, abs=0.002)
-    (members,) = objects_on(top_of_pool(points, pool))
+    (members,) = objects_on(top_of_pool(points, pool, cells(points, SCAN.cell)))
     assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
 
 
