@@ -76,8 +76,9 @@ def top_of_pool(points: np.ndarray, pool: Pool, voxels: Cells) -> Top:
     ground = pool.footprint.grown(POOL.slab)
     near = rows_along_x(voxels, *ground.range_x)
     near = np.sort(near[ground.holds(points[near])])
-    on_top = near[np.abs(points[near, 2] - pool.height) < POOL.slab]
-    top = top_at(points, near, fitted_height(points[on_top], pool.height))
+    part = points[near]
+    on_top = np.abs(part[:, 2] - pool.height) < POOL.slab
+    top = top_at(part, near, fitted_height(part[on_top], pool.height))
     return replace(top, is_table=pool.is_table)
 
 
@@ -93,12 +94,12 @@ def ground_top(points: np.ndarray) -> Top:
     return top_at(points, np.arange(len(points)), np.zeros(3))
 
 
-def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
-    """Return the top of a plane (3,) with those of the chosen points that stand on it."""
-    top = Top(plane=plane, points=points[chosen], indices=chosen)
-    above = top.points[:, 2] - top.height_at(top.points)
+def top_at(points: np.ndarray, indices: np.ndarray, plane: np.ndarray) -> Top:
+    """Return the top of a plane (3,) with those of some points (N, 3) that stand on it; `indices` (N,) are theirs."""
+    near = Top(plane=plane, points=points, indices=indices)
+    above = points[:, 2] - near.height_at(points)
     over = (above > SCAN.cell / 2) & (above < SEGMENTATION.large)
-    return Top(plane=plane, points=top.points[over], indices=chosen[over])
+    return replace(near, points=points[over], indices=indices[over])
 
 
 def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
