@@ -155,7 +155,7 @@ def shares_of_copies(comparison: Comparison, experiment: Experiment, dataset: Da
     """
     shares: Shares = {}
     method, entries = find_method(experiment.methods[0]), comparison.entries
-    learnt, drop_configs = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
+    learnt, drop_configs = [entry.simulated for entry in entries], [entry.candidate.drop_config for entry in entries]
     # A copy that cannot be used is not a failure, since it is no mistake of the user.
     how = {"copied": experiment.copied, "jobs": jobs, "failed": lambda error: say(f"{error}; this copy is left out")}
     for entry, impaired in zip(entries, impaired_copies(learnt, dataset, drop_configs, **how), strict=True):

@@ -185,7 +185,8 @@ def drop_all(
 ) -> list[Simulated]:
     """Return the runs of every simulator on the objects on which none of them failed; see `simulate_by_all`."""
     failed = [partial(log.add, candidate.name) for candidate in candidates]
-    done = simulate_by_all(dataset, candidates, failed=failed, jobs=jobs, run=run)
+    drop_configs = [candidate.drop_config for candidate in candidates]
+    done = simulate_by_all(dataset, drop_configs, failed=failed, jobs=jobs, run=run)
     for candidate, simulated in zip(candidates, done, strict=True):
         try:
             require_some(simulated)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,6 +34,11 @@ class ComparedSimulator(DropConfig):
 
     name: str  # in the tables: the backend, and its shape where several are compared
     backend: str
+
+    @property
+    def drop_config(self) -> DropConfig:
+        """How it drops spheres alone, for which worker processes need not load the comparison: a second each."""
+        return DropConfig(**{each.name: getattr(self, each.name) for each in fields(DropConfig)})
 
 
 @dataclass(frozen=True, kw_only=True)
