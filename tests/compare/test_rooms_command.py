@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from objects_to_scan import write_objects
 from typer.testing import CliRunner
@@ -13,9 +14,12 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
 from spherefunc_bullet.compare.rooms.exam import curve_rows, write_report
 from spherefunc_bullet.compare.rooms.folds import TrainingOptions, trained_classifier, whole_fold
+from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets
+from spherefunc_bullet.compare.rooms.training_examples import ScanSetup
 from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import shipped_model
 from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.simulator import make_simulator
@@ -61,6 +65,20 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
     for measured in (*one, *two):
         assert measured.pop("seconds").keys() >= {"floor", "clusters", "spheres"}
     assert one == two and one[0]["rooms"] == 2
+
+
+@pytest.mark.slow
+def test_any_number_of_processes_teaches_the_same(tmp_path):
+    model = FunctionClassifier("fast", radii=(0.01, 0.03), drops=30, early_drops=0)
+    setup, few = ScanSetup(views=1, noise=0.5, close=0), open_dataset(write_objects(tmp_path, ("desk", "mug")))
+    sets = [RoomSet(dataset=few, lived_in=TIDY, setups=(setup,), rooms=1, seed=seed) for seed in (1, 2)]
+    alone = [done.examples for done in examples_of_sets(sets, model, None, 1)]
+    both = [done.examples for done in examples_of_sets(sets, model, tmp_path / "cached", 2)]
+    assert len({one.source for one in sum(alone, []) if one.source}) == 2  # desks and mugs
+    assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
+    for one, other in zip(sum(alone, []), sum(both, []), strict=True):
+        for radius, drops in one.record.settled.items():
+            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
 
 
 @pytest.mark.slow

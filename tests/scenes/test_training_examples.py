@@ -10,7 +10,7 @@ import pytest
 from objects_to_scan import write_objects
 from sklearn.base import clone
 
-from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets, learn, room_sets
+from spherefunc_bullet.compare.rooms.scan_model import learn, room_sets
 from spherefunc_bullet.compare.rooms.training_examples import (
     ScanSetup,
     TrainingExample,
@@ -106,19 +106,6 @@ def test_another_seed_or_setup_is_another_room(rooms, model, kept, monkeypatch):
     assert cached_examples(rooms[0], SETUP, model, 1, folder) == []
     assert cached_examples(rooms[0], replace(SETUP, views=2), model, 0, folder) == []
     assert cached_examples(rooms[0], SETUP, model, 0, folder)
-
-
-@pytest.mark.slow
-def test_any_number_of_processes_teaches_the_same(model, tmp_path):
-    few = open_dataset(write_objects(tmp_path, ("desk", "mug")))
-    sets = [RoomSet(dataset=few, lived_in=TIDY, setups=(SETUP,), rooms=1, seed=seed) for seed in (1, 2)]
-    alone = [done.examples for done in examples_of_sets(sets, model, None, 1)]
-    both = [done.examples for done in examples_of_sets(sets, model, tmp_path / "cached", 2)]
-    assert len({one.source for one in sum(alone, []) if one.source}) == 2  # desks and mugs
-    assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
-    for one, other in zip(sum(alone, []), sum(both, []), strict=True):
-        for radius, drops in one.record.settled.items():
-            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
 
 
 def test_rooms_are_shared_out_to_all_kinds(data):
