@@ -82,6 +82,13 @@ def dropped(simulator: str, name: str, seed: int = 0) -> DropResult:
     return make_simulator(simulator).drop(shape(name), DropSettings(radius=radius_of(name)), seed)
 
 
+@cache
+def dropped_so_often(simulator: str, name: str, drops: int) -> DropResult:
+    """Return a run of a stated number of drops on a cloud of its own, cached likewise."""
+    settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops)
+    return make_simulator(simulator).drop(SHAPES[name][0](), settings, 1)
+
+
 def overlap(simulator: Simulator, name: str) -> float:
     """Return the largest allowed depth of an overlap, metres."""
     return OVERLAP.get(simulator.name, ENGINE_OVERLAP) * radius_of(name)
@@ -228,8 +235,8 @@ def test_option_of_another_backend_is_refused(simulator: Simulator):
 
 
 def test_provenance_says_what_produced_the_result(simulator: Simulator):
-    result = dropped(simulator.name, "plate", 1)
-    expected = provenance_of(simulator, DropSettings(radius=radius_of("plate")), 1)
+    settings = DropSettings(radius=radius_of("plate"), max_spheres=1)
+    result, expected = simulator.drop(shape("plate"), settings, 1), provenance_of(simulator, settings, 1)
     assert expected.items() <= json.loads(json.dumps(result.provenance)).items()
 
 
@@ -246,8 +253,7 @@ def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Simulator, name: str):
     """A run with a number of drops makes all of them, misses or not."""
-    settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
-    result = simulator.drop(shape(name), settings, 1)
+    result = dropped_so_often(simulator.name, name, 90)
     assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
     assert 0 < result.settled < 90
 
@@ -255,10 +261,7 @@ def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Si
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simulator, name: str):
     """A limit of drops cuts a run short and changes nothing else."""
-    short, long = [
-        simulator.drop(SHAPES[name][0](), DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops), 1)
-        for drops in (30, 90)
-    ]
+    short, long = (dropped_so_often(simulator.name, name, drops) for drops in (30, 90))
     assert np.array_equal(short.columns, long.columns[:30])
     assert np.array_equal(short.outcomes, long.outcomes[:30])
     assert np.array_equal(short.centers, long.centers[: short.settled])
