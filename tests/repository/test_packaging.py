@@ -140,19 +140,27 @@ def fresh(wheel, tmp_path_factory) -> Path:
     # A path file in a path file is not followed: our own editable installation stays out of it.
     site = next(home.glob("lib/python*/site-packages"))
     (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    borrow_simulator(home / "bin")
+    borrow_kernels(home / "bin")
     return home / "bin"
 
 
-def borrow_simulator(commands: Path):
-    """Copy the compiled simulator of this checkout, if it has any, to an environment: to compile it takes 15 seconds.
+DEAREST = ("fast_sim.dropping:drop_spheres", "fast_sim.grid:find_nearest", "settling.enclosure:met_everywhere")
+WHERE = """from importlib import import_module
+for kernel in {kernels}:
+    module, _, name = kernel.partition(":")
+    print(getattr(import_module("spherefunc_bullet." + module), name).stats.cache_path)"""
 
-    What else a first answer needs is compiled there, as the simulator would be where numba does not take the copy.
+
+def borrow_kernels(commands: Path):
+    """Copy the dearest compiled kernels of this checkout, if it has them, to an environment: compiling takes 20 s.
+
+    What else a first answer needs is compiled there, as these would be where numba does not take the copies.
     """
-    code = "from spherefunc_bullet.fast_sim.dropping import drop_spheres; print(drop_spheres.stats.cache_path)"
-    ours, theirs = (output([python, "-c", code], Path("/")).strip() for python in (sys.executable, commands / "python"))
-    if Path(ours).is_dir():
-        shutil.copytree(ours, theirs, dirs_exist_ok=True)
+    code = WHERE.format(kernels=DEAREST)
+    ours, theirs = (output([python, "-c", code], Path("/")) for python in (sys.executable, commands / "python"))
+    for mine, yours in zip(ours.splitlines(), theirs.splitlines(), strict=True):
+        if Path(mine).is_dir():
+            shutil.copytree(mine, yours, dirs_exist_ok=True)
 
 
 def ended(command: list[Path | str], folder: Path) -> subprocess.CompletedProcess:
