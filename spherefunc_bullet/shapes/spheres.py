@@ -31,7 +31,7 @@ class SettledSpheres:
 
     centers: np.ndarray  # (S, 3) metres
     on_object: np.ndarray  # (S,) bool
-    step_us: float  # duration of a time step with 50 of them in contact
+    step_us: float  # duration of a time step with 50 of them in contact; NaN if it was not measured
 
     @property
     def touching(self) -> np.ndarray:
@@ -51,8 +51,14 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
     )
 
 
-def settle_spheres(solid: Solid, cloud: Cloud, radius: float, seed: int) -> SettledSpheres:
-    """Return where spheres come to rest on a shape if they are dropped over the footprint of its object's cloud."""
+def settle_spheres(solid: Solid, cloud: Cloud, radius: float, seed: int, *, timed: bool = True) -> SettledSpheres:
+    """Return where spheres come to rest on a shape if they are dropped over the footprint of its object's cloud.
+
+    Parameters
+    ----------
+    timed : bool
+        Whether to measure the duration of a time step.
+    """
     simulator, shape = BulletSimulator(), engine_shape(solid, radius)
     settings = DropSettings(radius=radius, max_spheres=SPHERES, max_drops=DROPS)
     with World(simulator) as world:
@@ -60,7 +66,7 @@ def settle_spheres(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Sett
         run = DropRun(world, shape, cloud, settings, seed)
         run.until_over()
     result = run.result(0.0, {"backend": "", "version": "", "settings": {}, "seed": seed})
-    step = step_cost(solid, result.centers[result.on_object], radius)
+    step = step_cost(solid, result.centers[result.on_object], radius) if timed else float("nan")
     return SettledSpheres(centers=result.centers, on_object=result.on_object, step_us=step)
 
 
