@@ -58,6 +58,7 @@ FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds
     ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
     ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
     ("spherefunc_bullet.shapes.spheres", "SPHERES", 20),
+    ("spherefunc_bullet.shapes.spheres", "STEPS", 4),
     ("spherefunc_bullet.shapes.spaces", "CELLS", 60),
     ("spherefunc_bullet.shapes.compared", "SCALES", (2.0,)),
     ("written_shapes", "SIDE", 5),

@@ -13,6 +13,7 @@ from objects_to_scan import slab_on_posts
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.shapes import spheres
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
 from spherefunc_bullet.shapes.compared import candidate_rows
 from spherefunc_bullet.shapes.comparison import KeepCriteria, Subject, row_of
@@ -46,6 +47,14 @@ def staves() -> list[np.ndarray]:
         corners = [np.column_stack([r * ends, np.full(2, z)]) for r in (RADIUS, RADIUS + WALL) for z in (0, HEIGHT)]
         sides.append(np.vstack(corners))
     return [bottom, *sides]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fewer_timed_steps():
+    """How long a step takes is not looked at here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(spheres, "STEPS", 8)
+        yield
 
 
 @pytest.fixture(scope="module")
