@@ -23,7 +23,21 @@ import numpy as np
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SAME = "object, content, backend, settings, radius, seed, outcome, settled, drops, error, run, digest"
-STARTUP = 3.0  # seconds until a batch has begun to simulate, at most; it is killed in that time as well
+STARTUP = 1.5  # seconds until a batch has begun to simulate, at most; it is killed in that time as well
+# What `spherefunc batch DATA --run DIR --radii 1cm,2cm --jobs 1` does, without a second for what only learning needs.
+BATCH = """
+import sys
+from pathlib import Path
+from spherefunc_bullet.batch.batch import Batch, run_batch
+from spherefunc_bullet.batch.folder import RunFolder
+from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.settling.cached_runs import DropConfig
+from spherefunc_bullet.settling.drops import DROPS, RunLimit
+
+config = DropConfig(simulator="fast", radii=(0.01, 0.02), run_limit=RunLimit(drops=DROPS))
+batch = Batch(dataset=open_dataset(sys.argv[1]), drop_config=config, folder=RunFolder(Path(sys.argv[2])))
+list(run_batch(batch, jobs=1))
+"""
 
 
 def small_objects(folder: Path, count: int) -> Path:
@@ -65,12 +79,10 @@ def scraps(run: Path) -> list[Path]:
 
 
 def start_batch(data: Path, run: Path, cache: Path) -> subprocess.Popen:
-    """Start the console script on two radii, with a worker process of its own."""
-    command = [SCRIPT, "batch", data, "--run", run, "--radii", "1cm,2cm", "--jobs", "1", "--json"]
+    """Start a process that runs a batch on two radii, with a worker process of its own."""
+    command, quiet = [sys.executable, "-P", "-c", BATCH, data, run], subprocess.DEVNULL
     environment = os.environ | {"SPHEREFUNC_CACHE": str(cache)}
-    return subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
-    )
+    return subprocess.Popen(command, env=environment, stdout=quiet, stderr=quiet, start_new_session=True)
 
 
 def results(run: Path) -> int:
