@@ -414,8 +414,7 @@ def test_ctrl_c_stops_at_once_and_keeps_what_is_done(many, tmp_path):
 
 
 def test_status_of_a_killed_run_says_that_nothing_runs(many, tmp_path):
-    command = [SCRIPT, "batch", many, "--run", tmp_path / "run", "--radii", "1cm,2cm", "--jobs", "1"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = batch_runs.start_batch(many, tmp_path / "run", tmp_path / "cache")
     while batch_runs.results(tmp_path / "run") < 5 and process.poll() is None:
         time.sleep(0.01)
     with RunFolder(tmp_path / "run").ledger() as ledger:
