@@ -14,6 +14,7 @@ from scipy.sparse.linalg import norm
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
+from spherefunc_bullet.learning.histogram import histogram_of
 from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.settling.cached_runs import LoadOptions
@@ -94,7 +95,7 @@ def four_histograms(first: ComparedRun, second: ComparedRun, radius: float) -> l
         twice = dropped_twice(entry)
         settled += [entry.records[row].centers(radius)[:limit] for row in twice]
         settled += [again.centers(radius)[:limit] for again in twice.values()]
-    matrix = CUBES.histogram(radius).fit_transform(settled)
+    matrix = histogram_of(CUBES, radius).fit_transform(settled)
     count = len(settled) // 4
     return [matrix[i * count : (i + 1) * count] for i in range(4)]
 

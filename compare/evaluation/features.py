@@ -16,8 +16,8 @@ from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import progress
-from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counted_cubes, counts_matrix, cube_keys
-from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.learning.histogram import Counts, counted_cubes, counts_matrix, cube_keys, histogram_of
+from spherefunc_bullet.learning.method import DIAMETERS, Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 SPHERES = "spheres"
@@ -31,7 +31,7 @@ def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Metho
     distances = {}
     for radius in radii:
         centers = [record.centers(radius) for record in simulated.records]
-        distances[radius] = euclidean_distances(method.histogram(radius).fit_transform(centers))
+        distances[radius] = euclidean_distances(histogram_of(method, radius).fit_transform(centers))
     return distances
 
 
@@ -41,7 +41,7 @@ def distances_again(
     """Return the distances (R, N) from other runs on some objects to the first runs on all."""
     distances = {}
     for radius in radii:
-        histogram = method.histogram(radius)
+        histogram = histogram_of(method, radius)
         learnt = histogram.fit_transform([record.centers(radius) for record in simulated.records])
         features = histogram.transform([record.centers(radius) for record in twice.values()])
         distances[radius] = euclidean_distances(features, learnt)

@@ -10,7 +10,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 from spherefunc_bullet.formats.units import format_length
-from spherefunc_bullet.learning.histogram import counted_cubes, cube_indices
+from spherefunc_bullet.learning.histogram import counted_cubes, cube_indices, histogram_of
 
 from ..pages.plates import COLOURS, DOUBLE, GREY, INK, Plate
 from .evaluated_data import EvaluatedData
@@ -69,7 +69,7 @@ def cut_slice(data: EvaluatedData, index: int, axis: int) -> Slice:
     """Return an object's slice along x (``axis`` 0) or y (1)."""
     method = data.evaluation.method
     radius = picture_radius(data, index, CUBES_ACROSS * 2 * method.diameters)
-    histogram = method.histogram(radius)
+    histogram = histogram_of(method, radius)
     centers = np.asarray(data.simulated.records[index].centers(radius), float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
     keys, counts = counted_cubes(layer, histogram.side)

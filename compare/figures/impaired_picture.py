@@ -220,7 +220,7 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
     key = figure.add_axes((GAP / wide, 0.52 / high, 1.4 / wide, 0.13 / high))
     key.imshow(np.linspace(0, 1, 64)[None], aspect="auto", cmap=colours())
     key.set_axis_off()
-    words = "wrong to right.  In each cell: the share of copies, in per cent, that are still classified by their function."
+    words = "wrong to right.  In each cell: per cent of the copies that are still classified by their function."
     figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
     meanings = [f"{words}: {COLUMNS[name][1]}." for name, words in columns.items() if name in COLUMNS]
     for line, meaning in enumerate((meanings[:-2], meanings[-2:])):

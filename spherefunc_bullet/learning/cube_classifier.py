@@ -18,7 +18,7 @@ from sklearn.utils.validation import check_is_fitted
 from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
 from ..simulator import Simulator
 from .classifier import BackendAlias, CloudClassifier, require_alike, simulator_argument
-from .histogram import quarter_turns, widened
+from .histogram import histogram_of, quarter_turns, widened
 from .inverse_distance import SAME
 from .labels import Label, as_sets, memberships, more_members
 from .method import CUBES, RADII, Method, find_cube_method
@@ -84,7 +84,7 @@ class CubeClassifier(CloudClassifier):
         self.names_ = list(names)
         self.histograms_, self.examples_ = {}, {}
         for radius in self.radii:
-            self.histograms_[radius] = method.histogram(radius)
+            self.histograms_[radius] = histogram_of(method, radius)
             self.examples_[radius] = self.histograms_[radius].fit_transform([drops[radius].rests for drops in settled])
         return self._choose_radii()
 
@@ -252,7 +252,7 @@ def fill_cubes(model: CubeClassifier, about: dict[str, Any], arrays: dict[str, n
         raise ValueError("a function's radius is none of the model's")
     model.histograms_, model.examples_ = {}, {}
     for i, radius in enumerate(model.radii):
-        histogram = model.method.histogram(radius)
+        histogram = histogram_of(model.method, radius)
         histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
         parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
         matrix = sparse.csr_matrix(parts, shape=(len(arrays["names"]), len(histogram.keys_) + 1))

@@ -17,8 +17,8 @@ from sklearn.utils.validation import check_is_fitted
 from ..clouds.conversion import Anything, as_clouds
 from ..simulator import Simulator
 from .classifier import BackendAlias, simulator_argument
+from .method import DIAMETERS, Method
 
-DIAMETERS = 3.5  # side of a cube in sphere diameters
 Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and the count of each (V,) float
 _BITS = 21  # of a cube's index along each axis; two million cubes either way of the axis
 _OFFSET = 1 << (_BITS - 1)
@@ -136,6 +136,11 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
 
     def _counted(self, centers: np.ndarray) -> Counts:
         return counted_cubes(np.asarray(centers, dtype=np.float64).reshape(-1, 3), self.side)
+
+
+def histogram_of(method: Method, radius: float) -> CubeHistogram:
+    """Return the histogram of a method that counts spheres in cubes, for a radius in metres."""
+    return CubeHistogram(radius, diameters=method.diameters)
 
 
 def widened(matrix: sparse.csr_matrix, before: np.ndarray, after: np.ndarray) -> sparse.csr_matrix:

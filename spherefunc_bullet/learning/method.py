@@ -12,9 +12,9 @@ from typing import ClassVar
 
 from ..errors import InputError
 from ..settling.drops import DROPS, RunLimit
-from .histogram import DIAMETERS, CubeHistogram
 from .profiles.profile_model import PROFILE
 
+DIAMETERS = 3.5  # side of a cube in sphere diameters
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 PROFILE_RADII = (0.005, 0.01, 0.03)  # metres
 
@@ -37,10 +37,6 @@ class Method:
     def run_limit(self) -> RunLimit:
         """The limit of its runs."""
         return RunLimit(to_the_end=self.to_the_end)
-
-    def histogram(self, radius: float) -> CubeHistogram:
-        """Return the histogram of this method for a radius in metres."""
-        return CubeHistogram(radius, diameters=self.diameters)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -48,8 +48,8 @@ def words_of(svg: Path) -> list[str]:
 
 def test_the_headline_is_the_mean_over_functions_without_what_is_unchanged(shares):
     assert headline(shares, columns_of(shares)) == [
-        "Share of useless copies that are still called useful: spheres 20 %, rules 60 %.",
-        "Share of harmless copies that are still called useful: spheres 90 %, rules 50 %.",
+        "Share of useless copies still classified as useful: spheres 20 %, rules 60 %.",
+        "Share of harmless copies still classified as useful: spheres 90 %, rules 50 %.",
     ]
 
 
