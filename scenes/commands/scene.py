@@ -239,7 +239,8 @@ def print_room(scan: Scan, room: Room):
     columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
     says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
     print_table(f"{scan.name}: {says}", columns, table)
-    show(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
+    objects = f"{len(table)} object{'s' * (len(table) != 1)}"
+    show(f"{objects} with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:
         show(f"inferred, not counted: {item.function}, since {item.reason}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())

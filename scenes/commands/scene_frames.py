@@ -113,7 +113,8 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     ]
     columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
     print_table(f"{len(fusion.views)} depth images: what objects are for, and the score of each", columns, rows)
-    show(f"{len(rows)} objects with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
+    useful = f"{len(rows)} object{'s' * (len(rows) != 1)}"
+    show(f"{useful} with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())
     show(f"seconds of the last image and the last update: {stages}")
     for one in fusion.gone:
