@@ -99,6 +99,7 @@ def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Calla
 
         @wraps(change)
         def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> ObjectSurface | None:
+            """Return the changed surface, or None where the change cannot be made."""
             value = getattr(specimen, part)
             if value is None or (triangles and specimen.surface.is_cloud):
                 return None
