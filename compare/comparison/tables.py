@@ -60,7 +60,8 @@ def quality_table(report: Report) -> TextTable:
 
 def copies_table(report: Report) -> TextTable:
     """Return the share of impaired copies that are still classified by their function, kind by kind."""
-    title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
+    copied = report["experiment"]["copied"]
+    title = f"Does it still work? Copies of {copied} object{'s' * (copied != 1)} of each function, of others learnt"
     columns, rows = share_rows(report["impaired"])
     return TextTable(title=f"{title}: share still classified by the function", columns=columns, rows=rows)
 

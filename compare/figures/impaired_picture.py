@@ -71,7 +71,7 @@ WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone ca
 DPI = 200  # of a PNG
 ROW, COLUMN, LABELS, GAP = 0.21, 0.46, 1.4, 0.25  # inches: a row, a column, the kinds' names, between panels
 ABOVE, BELOW = 1.85, 0.85  # inches: the headline and the columns' names, the key
-NARROWEST = 9.2  # inches, which the headline needs
+NARROWEST, LETTER = 9.2, 0.082  # inches, which the key needs; a letter of the headline
 SPACE = 0.5  # rows between useless and harmless
 
 
@@ -95,7 +95,9 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
     rows = tops[True] + max(len(groups[True]) for groups in blocks.values())
     panel = LABELS + len(columns) * COLUMN + GAP
-    wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
+    sentences = headline(shares, columns)
+    letters = max(map(len, sentences), default=0)
+    wide, high = max(len(shares) * panel + GAP, NARROWEST, 2 * GAP + LETTER * letters), ABOVE + ROW * rows + BELOW
     with figure_file(path, (wide, high)) as figure:
         for place, (function, groups) in enumerate(blocks.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
@@ -103,7 +105,7 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
             draw_heads(axes, function, columns)
             for works, block in groups.items():
                 draw_block(axes, function, block, columns, tops[works], works)
-        draw_words(figure, headline(shares, columns), columns)
+        draw_words(figure, sentences, columns)
     return path
 
 

@@ -70,6 +70,14 @@ def test_the_png_is_drawn_and_the_same_again(shares, tmp_path):
     assert tuple(bytes.fromhex(RIGHT[1:])) in colours_in_it  # no cup with a lid is called a cup, as it should be
 
 
+def test_the_headline_is_not_cut_off_beside_a_single_panel(shares, tmp_path):
+    cups = {"cup": shares["cup"]}
+    for row in cups["cup"].values():
+        row["share"] |= {name: 0.5 for name in ("fast", "bullet", "points", "occupancy_sqrt", "examiner")}
+    picture = Image.open(draw_impaired(cups, tmp_path / "cups.png")).convert("L")
+    assert picture.crop((picture.width - 20, 0, picture.width, picture.height)).getextrema() == (255, 255)
+
+
 def test_right_is_one_end_and_wrong_the_other():
     as_bytes = [tuple(round(255 * part) for part in colours()(end)[:3]) for end in (0.0, 1.0)]
     assert as_bytes == [tuple(bytes.fromhex(colour[1:])) for colour in (WRONG, RIGHT)]
