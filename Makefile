@@ -140,7 +140,9 @@ EARLIER := 5b95c01:spherefunc_bullet/learning/models/household-scans-fast.npz
 scan-model: setup $(LIKE_HOUSEHOLD) $(DRAWN)  ## the one for scans, which learns proposals in virtual rooms, and whole models
 	@git show $(EARLIER) > build/earlier-scans-fast.npz
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.scan_model household $(LIKE_HOUSEHOLD) $(DRAWN) --rooms $(SCAN_ROOMS) \
-		--join build/earlier-scans-fast.npz --keep build/scan-rooms --jobs $(JOBS) --out $(MODELS)/household-scans-fast.npz
+		--join build/earlier-scans-fast.npz --keep build/scan-rooms --jobs $(JOBS) --out build/scans-fast.npz
+	@$(BIN)/python -m spherefunc_bullet.compare.rooms.screening household $(LIKE_HOUSEHOLD) $(DRAWN) \
+		--model build/scans-fast.npz --keep build/scan-rooms --jobs $(JOBS) --out $(MODELS)/household-scans-fast.npz
 
 build/household-%: $(CATALOGUE)  ## another catalogue like household; from 4 on in other proportions as well
 	@rm -rf $@ && $(BIN)/spherefunc dataset build household $@ --seed $* --stretch $(if $(filter 1 2 3,$*),0,0.15)

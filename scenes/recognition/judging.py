@@ -38,6 +38,19 @@ class RecognitionContext:
     thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
     surroundings: ScanSurroundings | None = None  # of the scene, if the model has learnt any
 
+    def read_surroundings(self, proposals: Sequence[Proposal], parts: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Return the surroundings (N, S) of proposals with their boxes and points (K, 3); None without a scene."""
+        if self.surroundings is None:
+            return None
+        pairs = zip(proposals, parts, strict=True)
+        read = [self.surroundings.of(part, one.box.size, one.support) for one, part in pairs]
+        return np.array(read).reshape(-1, len(NAMES))
+
+    def passes(self, surroundings: np.ndarray) -> np.ndarray:
+        """Return which proposals with surroundings (N, S) are worth dropping spheres on, (N,) bool."""
+        screening = self.model.scene_forests_.screening
+        return np.ones(len(surroundings), bool) if screening is None else screening.passes(surroundings)
+
 
 def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarray) -> ScanSurroundings | None:
     """Return the surroundings in a scene of points (N, 3), some of walls (N,) bool; None if the model learnt none.
@@ -60,7 +73,8 @@ def classify_proposals(
 ) -> list[ObjectCandidate]:
     """Return each proposal with its memberships.
 
-    A fragment has no function, so no spheres are dropped on it.
+    A fragment has no function, so no spheres are dropped on it; nor are they where the surroundings rule out all
+    functions (see `forest.Screening`).
 
     Parameters
     ----------
@@ -72,11 +86,22 @@ def classify_proposals(
     boxed = [replace(one, box=one.box or bounding_box(part)) for one, part in zip(proposals, parts, strict=True)]
     fragments = [is_fragment(part, one.box, one.support) for one, part in zip(boxed, parts, strict=True)]
     whole = [k for k, fragment in enumerate(fragments) if not fragment]
-    found = classify_parts([boxed[k] for k in whole], [parts[k] for k in whole], context, watch)
-    functions, radius = dict(zip(whole, found, strict=True)), context.model.radius_
+    around = context.read_surroundings([boxed[k] for k in whole], [parts[k] for k in whole])
+    watch.lap("surroundings")
+    passed = np.arange(len(whole)) if around is None else np.flatnonzero(context.passes(around))
+    tried = [whole[k] for k in passed]
+    around = None if around is None else around[passed]
+    found = classify_parts([boxed[k] for k in tried], [parts[k] for k in tried], context, around, watch)
+    functions, radius = dict(zip(tried, found, strict=True)), context.model.radius_
     nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        ObjectCandidate(proposal=one, functions=functions.get(place, nothing), place=place, fragment=fragments[place])
+        ObjectCandidate(
+            proposal=one,
+            functions=functions.get(place, nothing),
+            place=place,
+            fragment=fragments[place],
+            screened=not fragments[place] and place not in functions,
+        )
         for place, one in enumerate(boxed)
     ]
 
@@ -85,9 +110,13 @@ def classify_parts(
     proposals: Sequence[Proposal],
     parts: Sequence[np.ndarray],
     context: RecognitionContext,
+    surroundings: np.ndarray | None = None,
     watch: Stopwatch | None = None,
 ) -> list[dict[str, Membership]]:
-    """Return the memberships of proposals with their boxes and points (K, 3) that are no fragments."""
+    """Return the memberships of proposals with their boxes and points (K, 3) that are no fragments.
+
+    With their surroundings (N, S) they are classified by the forests that have learnt these.
+    """
     watch, model = watch or Stopwatch(), context.model
     clouds = [
         object_cloud(part, context.completion, one.support, one.pool, one.box)[0]
@@ -96,12 +125,10 @@ def classify_parts(
     watch.lap("completion")
     settled = settle_parts(clouds, model)
     watch.lap("spheres")
-    if context.surroundings is None or not parts:
+    if surroundings is None:
         found = model.memberships_of(settled, any_heading=True)
     else:
-        around = context.surroundings.of
-        read = [around(part, one.box.size, one.support) for one, part in zip(proposals, parts, strict=True)]
-        found = model.scene_memberships(settled, np.array(read))
+        found = model.scene_memberships(settled, surroundings)
     if context.thresholds is not None:
         sources = [context.thresholds[one.by] for one in proposals]
         found = [with_claims(one, threshold) for one, threshold in zip(found, sources, strict=True)]

@@ -72,7 +72,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     box = bounding_box(members)
     sheet = sheet_within(ConvexHull(members[:, :2]), *corners_of(members), 0.0)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=bounding_box(sheet))
-    functions = classify_parts([proposal], [sheet], replace(context, completion=(), surroundings=None))[0]
+    functions = classify_parts([proposal], [sheet], replace(context, completion=()))[0]
     return SceneObject(
         id=number,
         points=members,
@@ -189,6 +189,7 @@ def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) ->
         box=box.lowered(support),
         fragment=is_fragment(members, box, support),
         functions=candidate.functions,
+        screened=candidate.screened,
         proposed_by=candidate.proposal.by,
     )
 

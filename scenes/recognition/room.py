@@ -33,6 +33,7 @@ THRESHOLDS = {
     CLUSTERS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55, "sittable": 0.4}),
     POOLS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55}),
 }
+LOWEST_THRESHOLD = min(min(each.usual, *each.by_function.values()) for each in THRESHOLDS.values())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,6 +44,7 @@ class ObjectCandidate:
     functions: dict[str, Membership]
     place: int  # in the order of proposals
     fragment: bool = False  # see `judging.is_fragment`
+    screened: bool = False  # its surroundings alone rule out all functions; see `forest.Screening`
 
     @property
     def claimed(self) -> frozenset[str]:
@@ -154,6 +156,7 @@ def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> 
 
 
 FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"
+SCREENED = "its size and surroundings rule out all functions, so no sphere was dropped on it"
 ASSUMED = "neither floor nor table top is seen: heights are over the lowest point"
 
 
@@ -167,6 +170,7 @@ class SceneObject:
     box: Box  # in the level frame, down to the support, since legs may not be seen
     fragment: bool  # small, and carried by nothing: a part of an object that is not seen whole
     functions: dict[str, Membership]
+    screened: bool = False  # its surroundings alone rule out all functions, so that its scores are 0
     proposed_by: str = CLUSTERS  # or "pools"
     made_from: str | None = None  # "table top": the support that serves as ground
     height: float | None = None  # of such a top over the floor, metres; None: unknown
@@ -215,7 +219,9 @@ class Room:
         return THRESHOLD if self.thresholds is None else self.thresholds[item.proposed_by].of(function)
 
     def reasons(self, item: SceneObject) -> list[str]:
-        """Return a sentence for each function that an object has."""
+        """Return a sentence for each function that an object has, or why no function was tried."""
+        if item.screened:
+            return [SCREENED]
         return [
             f"{name} {one.score:.2f}: above the threshold of {self.threshold(item, name):.2f} for {item.proposed_by}"
             for name, one in item.functions.items()

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..scans.cells import cells
 from ..settings import POOL, RECOGNITION, SCAN
+from .directions import SEEN_NEAR, look_around_level, polar, tangents
 
 NAMES = (
     "long", "wide", "high",  # metres, of its box
@@ -33,16 +34,12 @@ class Voxels:
     means: np.ndarray  # (V, 3) float64, metres
     keys: np.ndarray  # (V,) int64, ascending, as `cells` packs them
 
-    def around(self, low: np.ndarray, high: np.ndarray, own: np.ndarray) -> np.ndarray:
-        """Return the means (K, 3) of voxels within reach of a box's corners (3,), without those of own keys (C,)."""
+    def around(self, low: np.ndarray, high: np.ndarray) -> tuple[slice, np.ndarray]:
+        """Return the voxels that are within reach of a box's corners (3,) along x, and the range (2,) along y."""
         reach = RECOGNITION.far_level + SCAN.cell
         ends = np.array([[low[0] - reach, 0, 0], [high[0] + reach, 0, 0]])
         first, last = np.searchsorted(self.keys, cells(ends, self.side).keys)
-        y = self.means[first:last, 1]
-        near = first + np.flatnonzero((y > low[1] - reach) & (y < high[1] + reach))
-        keys = self.keys[near]
-        place = np.minimum(np.searchsorted(own, keys), len(own) - 1)
-        return self.means[near[own[place] != keys]]
+        return slice(first, last), np.array([low[1] - reach, high[1] + reach])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,12 +63,13 @@ class ScanSurroundings:
         mine = cells(members, voxels.side)
         level = level_of(mine.means, voxels.side)
         low, high = mine.means.min(axis=0), mine.means.max(axis=0)
-        others = voxels.around(low, high, mine.keys)
+        reached, y_range = voxels.around(low, high)
+        around = around_level(voxels.means[reached], voxels.keys[reached], mine.keys, level, support, y_range)
         shape = own_shape(mine.means, level, support)
         wall = np.hypot(*(self._walls - level.middle).T).min(initial=np.inf) - level.edge.mean()
         return np.array([
             *size[:2], high[2] - low[2], level.height - support, high[2] - level.height, level.area, level.share,
-            *shape, low[2] - support, *around_level(others, level, support), min(float(wall), 1.0),
+            *shape, low[2] - support, *around, min(float(wall), 1.0),
         ])  # fmt: skip
 
     @cached_property
@@ -148,35 +146,32 @@ def own_shape(voxels: np.ndarray, level: ProposalLevel, support: float) -> list[
     return [len(backs) / POOL.directions, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
 
 
-def around_level(others: np.ndarray, level: ProposalLevel, support: float) -> list[float]:
-    """Return the quantities of other voxels (K, 3) of the scene above and around a level, from `carries` on."""
-    way, far = polar(others[:, :2], level.middle)
-    beyond, above = far - level.edge[way], others[:, 2] - level.height
-    over, ring = beyond < 0, (beyond > 0) & (beyond < RECOGNITION.near_level)
-    standing, rises = others[:, 2] > support + POOL.slab, above > RECOGNITION.rises
-    at_edge = beyond > -SCAN.cell
+def around_level(
+    means: np.ndarray, keys: np.ndarray, own: np.ndarray, level: ProposalLevel, support: float, y_range: np.ndarray
+) -> list[float]:
+    """Return the quantities of other voxels of the scene above and around a level, from `carries` on.
+
+    See `directions.look_around_level` for the arguments.
+    """
+    noted, over = np.zeros((7, POOL.directions), bool), np.empty(len(means), np.int64)
+    heights = np.empty((2, len(means)))
+    limits = RECOGNITION.near_level, RECOGNITION.far_level, RECOGNITION.rises, POOL.slab, SCAN.cell
+    where = level.middle, level.edge, level.height, support
+    inside, *counts = look_around_level(means, keys, own, y_range, *where, limits, tangents(), noted, over, *heights)
+    others = means[over[:inside]]
+    above = others[:, 2] - level.height
     highest = [
-        float(np.percentile(above[which], 95)) if which.any() else support - level.height
-        for which in (ring, (beyond > 0) & (beyond < RECOGNITION.far_level))
+        float(np.percentile(values[:count], 95)) if count else support - level.height
+        for values, count in zip(heights, counts, strict=True)
     ]
+    shares = noted.sum(axis=1) / POOL.directions
     return [
-        level.covered(others[over & (above > SCAN.cell) & (above < RECOGNITION.standing_on)]),
-        level.covered(others[over & rises]),
-        share_of_directions(way[at_edge & (beyond < 2 * POOL.slab) & (np.abs(above) < 2 * SCAN.cell)]),
-        share_of_directions(way[ring & standing]),
-        share_of_directions(way[at_edge & (beyond < RECOGNITION.near_level) & rises]),
-        share_of_directions(way[at_edge & (beyond < RECOGNITION.far_level) & rises]),
-        share_of_directions(way[ring & (above < -2 * SCAN.cell) & standing]),
-        share_of_directions(way[ring & (np.abs(others[:, 2]) < POOL.slab)]),
-        1 - share_of_directions(way[ring]),
+        level.covered(others[(above > SCAN.cell) & (above < RECOGNITION.standing_on)]),
+        level.covered(others[above > RECOGNITION.rises]),
+        *shares[:SEEN_NEAR].tolist(),
+        1 - shares[SEEN_NEAR],
         *highest,
     ]
-
-
-def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return direction (N,) int and distance (N,) of places (N, 2) from a middle (2,)."""
-    x, y = places[:, 0] - middle[0], places[:, 1] - middle[1]
-    return np.floor(np.arctan2(y, x) / (2 * np.pi) * POOL.directions).astype(int) % POOL.directions, np.hypot(x, y)
 
 
 def share_of_directions(ways: np.ndarray) -> float:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.compare.rooms.scan_model import join
+from spherefunc_bullet.compare.rooms.screening import with_screening
+from spherefunc_bullet.compare.rooms.training_examples import TrainingExample
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.scenes.recognition.room import LOWEST_THRESHOLD
+from spherefunc_bullet.settling.records import ObjectRecord
 
 FUNCTIONS, AROUND = ("cup", "table"), ("height", "free")
 TREES = ExtraTreesClassifier(10, min_samples_leaf=2, random_state=0)
@@ -66,3 +72,17 @@ def test_models_that_do_not_fit_together_are_refused(changed, message):
 def test_an_earlier_model_that_reads_more_is_refused():
     with pytest.raises(InputError, match="lacks"):
         join(fitted(4, seed=1), fitted(6, seed=2))
+
+
+def test_screening_rejects_what_the_model_gives_no_function():
+    rng = np.random.default_rng(0)
+    record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: np.ones((1, 3)), settled={})
+    how = {"name": "", "source": "", "functions": frozenset(), "record": record}
+    around = rng.uniform(0, 2, (400, 2))
+    examples = [TrainingExample(surroundings=row, **how) for row in around]
+    model = fitted(4, seed=1)
+    model = with_screening(model, [examples[:200], examples[200:300], examples[300:]], ["one", "two", "three"])
+    claimed = (model.scene_forests_.scores(np.zeros((400, 8)), around) > LOWEST_THRESHOLD).any(axis=1)
+    passed = model.scene_forests_.screening.passes(around)
+    assert 50 < claimed.sum() < 350
+    assert passed[claimed].all() and passed[~claimed].mean() < 0.5

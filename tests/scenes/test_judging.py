@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,17 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
-from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, classify_proposals, surroundings_for
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, Screening
+from spherefunc_bullet.scenes.recognition import judging
+from spherefunc_bullet.scenes.recognition.judging import (
+    RecognitionContext,
+    classify_proposals,
+    settle_parts,
+    surroundings_for,
+)
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
-from spherefunc_bullet.scenes.recognition.room import THRESHOLDS
+from spherefunc_bullet.scenes.recognition.recognition import scene_object
+from spherefunc_bullet.scenes.recognition.room import SCREENED, THRESHOLDS, Room
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -45,6 +54,12 @@ def learnt() -> FunctionClassifier:
     names = [str(row) for row in range(80)]
     model.fit_profiles(profiles, members, ("cup", "table"), names)
     return model.fit_scene_forests(surroundings, NAMES, members, np.ones_like(members)).keep(np.arange(80))
+
+
+def constant_forest(vote: float) -> Forest:
+    """Return a forest of one leaf."""
+    leaf = {"feature": np.array([LEAF], np.int16), "threshold": np.zeros(1), "below": np.zeros(1, np.int32)}
+    return Forest(roots=np.zeros(1, np.int32), vote=np.array([vote], np.float32), **leaf)
 
 
 def proposal(by: str) -> Proposal:
@@ -87,6 +102,33 @@ def test_proposals_are_told_by_what_surrounds_them(learnt):
     context = RecognitionContext(model=learnt, completion=(), surroundings=around)
     (answer,) = classify_proposals(ROOM, [proposal(CLUSTERS)], context, Stopwatch())
     assert answer.functions["cup"].member  # 0.6 m long
+
+
+@pytest.mark.parametrize(("threshold", "screened"), [(0.01, False), (1.5, True)])
+def test_no_sphere_falls_where_surroundings_rule_out_all_functions(learnt, monkeypatch, threshold, screened):
+    forests = learnt.scene_forests_
+    screening = Screening(forest=constant_forest(0.5), threshold=threshold)
+    monkeypatch.setattr(learnt, "scene_forests_", replace(forests, screening=screening))
+    around = surroundings_for(learnt, ROOM, np.zeros(len(ROOM), bool))
+    context, watch = RecognitionContext(model=learnt, completion=(), surroundings=around), Stopwatch()
+    dropped = []
+    monkeypatch.setattr(
+        judging, "settle_parts", lambda clouds, model: dropped.extend(clouds) or settle_parts(clouds, model)
+    )
+    (answer,) = classify_proposals(ROOM, [proposal(CLUSTERS)], context, watch)
+    assert answer.screened == screened == (not dropped)
+    assert screened == all(one.score == 0 and not one.member for one in answer.functions.values())
+    item = scene_object(0, ROOM, answer)
+    reasons = Room(levelling=None, labels=None, objects=[item], thresholds=THRESHOLDS).reasons(item)
+    assert (reasons == [SCREENED]) == screened
+
+
+def test_a_model_keeps_its_screening(learnt, monkeypatch, tmp_path: Path):
+    screening = Screening(forest=constant_forest(0.25), threshold=0.2)
+    monkeypatch.setattr(learnt, "scene_forests_", replace(learnt.scene_forests_, screening=screening))
+    save_model(learnt, tmp_path / "model.npz")
+    read, few = load_model(tmp_path / "model.npz").scene_forests_.screening, np.zeros((3, len(NAMES)))
+    assert read.threshold == 0.2 and read.forest.votes(few).tolist() == [0.25] * 3 and read.passes(few).all()
 
 
 def test_models_of_other_surroundings_are_refused_and_of_none_have_none(learnt, monkeypatch):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 LEAF = -1  # in place of a feature
-SCENES = "scenes_"  # prefix of the arrays of scene forests
+SCENES, SCREENING = "scenes_", "screening_"  # prefixes of the arrays of scene forests, and of their screening
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,12 +180,25 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Screening:
+    """A forest over the surroundings of an object alone, which says where spheres cannot find a function."""
+
+    forest: Forest
+    threshold: float  # of its votes, below which no sphere is dropped
+
+    def passes(self, surroundings: np.ndarray) -> np.ndarray:
+        """Return which objects with surroundings (N, S) may have a function, (N,) bool."""
+        return self.forest.votes(surroundings) >= self.threshold
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SceneForests:
     """A forest for each function, over the quantities of an object followed by those of its surroundings."""
 
     names: tuple[str, ...]  # of the quantities of the surroundings
     forests: Sequence[Forest]
     calibrations: Sequence[Calibration]
+    screening: Screening | None = None  # None: spheres are dropped on all objects
 
     def scores(self, profiles: np.ndarray, surroundings: np.ndarray) -> np.ndarray:
         """Return the scores (N, F) of objects from their quantities (N, R * Q) and surroundings (N, S)."""
@@ -196,13 +209,18 @@ class SceneForests:
 
     def only(self, column: int) -> SceneForests:
         """Return the forest of one function only."""
-        return SceneForests(names=self.names, forests=[self.forests[column]], calibrations=[self.calibrations[column]])
+        return replace(self, forests=[self.forests[column]], calibrations=[self.calibrations[column]])
 
 
 def scene_forest_parts(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the JSON header and the arrays of scene forests in a model file."""
+    about: dict[str, Any] = {"surroundings": list(scenes.names)}
     arrays = {SCENES + name: values for name, values in forest_arrays(scenes.forests).items()}
-    return {"surroundings": list(scenes.names)}, arrays | {f"{SCENES}lines": np.array(scenes.calibrations, float)}
+    arrays[f"{SCENES}lines"] = np.array(scenes.calibrations, float)
+    if scenes.screening is not None:
+        about["screening"] = scenes.screening.threshold
+        arrays |= {SCREENING + name: values for name, values in forest_arrays([scenes.screening.forest]).items()}
+    return about, arrays
 
 
 def rebuilt_scene_forests(
@@ -219,4 +237,9 @@ def rebuilt_scene_forests(
             raise ValueError("forests and functions differ in number")
         forest.require_whole(quantities + len(names))
     calibrations = [(float(slope), float(offset)) for slope, offset in scene_arrays["lines"].reshape(len(forests), 2)]
-    return SceneForests(names=names, forests=forests, calibrations=calibrations)
+    scenes = SceneForests(names=names, forests=forests, calibrations=calibrations)
+    if "screening" not in about:
+        return scenes
+    forest = rebuilt(of_prefix(arrays, SCREENING), 0)
+    forest.require_whole(len(names))
+    return replace(scenes, screening=Screening(forest=forest, threshold=float(about["screening"])))
