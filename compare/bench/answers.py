@@ -190,9 +190,11 @@ def time_scenes(
     if not scans:
         raise InputError(f"{data}: expected a scan of {points:,} points or more, found none")
     for scan in progress(scans, len(scans), "recognising"):
-        turns = [recognise(scan, model).stages for _ in range(TURNS + 1)][1:]  # after one to warm up
-        stages = min(turns, key=lambda stages: sum(stages.values()))
-        table.append([scan.name, *stages.values(), sum(stages.values())])
+        turns = [recognise(scan, model) for _ in range(TURNS + 1)][1:]  # after one to warm up
+        room = min(turns, key=lambda room: sum(room.stages.values()))
+        counts = [len(room.proposals), sum(one.screened for one in room.proposals)]
+        table.append([scan.name, *counts, *room.stages.values(), sum(room.stages.values())])
     table.append(["mean", *np.mean([row[1:] for row in table], axis=0)])
-    cells = [[row[0], *(f"{value:.3f}" for value in row[1:])] for row in table]
-    print_table(f"Seconds of scans of {points:,} points", ["scan", *stages, "all"], cells)
+    cells = [[row[0], *(f"{value:.0f}" for value in row[1:3]), *(f"{value:.3f}" for value in row[3:])] for row in table]
+    head = ["scan", "proposals", "screened", *room.stages, "all"]
+    print_table(f"Seconds of scans of {points:,} points", head, cells)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spherefunc_bullet.processes.compilation import njit
+
 from ..settings import SCAN
 
 
@@ -23,10 +25,8 @@ class GroundSquares:
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
-        x, y = (np.floor(points[:, k] / SCAN.cell).astype(np.int64) - self.corner[k] for k in range(2))
-        known = (x >= 0) & (x < self.mask.shape[0]) & (y >= 0) & (y < self.mask.shape[1])
-        inside = np.zeros(len(points), bool)
-        inside[known] = self.mask[x[known], y[known]]
+        inside = np.empty(len(points), bool)
+        find_inside(points, self.corner, self.mask, SCAN.cell, inside)
         return inside
 
     def grown(self, distance: float) -> GroundSquares:
@@ -40,3 +40,11 @@ class GroundSquares:
         from scipy.ndimage import distance_transform_edt
 
         return GroundSquares(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
+
+
+@njit(cache=True, error_model="numpy")
+def find_inside(points, corner, mask, side, inside):
+    """Write which points (N, 3) lie in the squares of a mask (X, Y), (N,) bool; see `GroundSquares`."""
+    for i in range(len(points)):
+        x, y = int(np.floor(points[i, 0] / side)) - corner[0], int(np.floor(points[i, 1] / side)) - corner[1]
+        inside[i] = 0 <= x < mask.shape[0] and 0 <= y < mask.shape[1] and mask[x, y]

@@ -25,6 +25,7 @@ from .inferring import inferred_seats
 from .judging import RecognitionContext, classify_parts, classify_proposals, is_fragment, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
 from .room import THRESHOLDS, ObjectCandidate, Room, SceneObject, choose_objects
+from .surroundings import surroundings_alone
 
 TABLE_TOP = "table top"  # `Levelling.source`, and `SceneObject.made_from`
 
@@ -93,6 +94,7 @@ def compile_kernels():
     NearPoints(few, 0.02).to(few)
     surroundings(few, few)
     euclidean_clusters(few, 0.02)
+    surroundings_alone(few, np.ptp(few, axis=0))
 
 
 # More threads would spend more time waiting than computing, in products of a few hundred thousand points.

@@ -153,11 +153,10 @@ def bounding_box(points: np.ndarray) -> Box:
     angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 9))
     along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    spans = [(outline @ axis.T).min(axis=0) for axis in (along, across)]
-    spans += [(outline @ axis.T).max(axis=0) for axis in (along, across)]
-    areas = (spans[2] - spans[0]) * (spans[3] - spans[1])
-    best = int(np.argmin(np.round(areas, 9)))
-    low, high = (np.array([spans[k][best], spans[k + 1][best]]) for k in (0, 2))
+    spans = [outline @ axes.T for axes in (along, across)]
+    lows, highs = np.array([span.min(axis=0) for span in spans]), np.array([span.max(axis=0) for span in spans])
+    best = int(np.argmin(np.round((highs - lows).prod(axis=0), 9)))
+    low, high = lows[:, best], highs[:, best]
     middle, angle = (low + high) / 2, angles[best]
     bottom, top = points[:, 2].min(), points[:, 2].max()
     width, depth = high - low
