@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up, run_on_files
+from spherefunc_bullet.commands.options import (
+    BY_FILE,
+    Json,
+    PackagePath,
+    Seed,
+    Units,
+    Up,
+    require_drawings,
+    run_on_files,
+)
 from spherefunc_bullet.console import Failures, print_json, print_table, show
 from spherefunc_bullet.formats.units import parse_length
 
@@ -41,9 +50,8 @@ def places(
     from spherefunc_bullet.simulator import make_simulator
     from spherefunc_bullet.simulator.mechanics import require_ability
     from spherefunc_bullet.simulator.proofs import ProofSettings
-    from spherefunc_bullet.viewer.mechanics_pictures import require_png
 
-    require_png(picture)
+    require_drawings([*files, *([put] if put else [])], picture, page)
     simulator = make_simulator(backend)
     if prove:
         require_ability(simulator, "prove")

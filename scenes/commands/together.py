@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import BY_FILE, Json, Model, PackagePath, Seed, Units, Up
+from spherefunc_bullet.commands.options import BY_FILE, Json, Model, PackagePath, Seed, Units, Up, require_drawings
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
@@ -50,13 +50,12 @@ def together(
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
     from spherefunc_bullet.processes.tasks import run_tasks
     from spherefunc_bullet.simulator import isolated, make_simulator
-    from spherefunc_bullet.viewer.mechanics_pictures import require_png
 
     from ..arrangements.placing import parse_placed
     from ..arrangements.together import FEWEST, TogetherSettings
 
-    require_png(picture)
     placed = [parse_placed(text) for text in files]
+    require_drawings([path for path, _ in placed], picture, page)
     if len(placed) < FEWEST:
         raise InputError(f"{files[0]}: expected at least two files; `spherefunc simulate` drops on one alone")
     settings = TogetherSettings(radius=None if radius is None else parse_length(radius), drops=drops, seed=seed)

@@ -44,9 +44,9 @@ def carry(
 ):
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
     from ..simulator.mechanics import CarrySettings, require_ability
-    from ..viewer.mechanics_pictures import carry_tile, require_png, write_tiles
+    from ..viewer.mechanics_pictures import carry_tile, write_tiles
 
-    require_png(picture)
+    options.require_drawings(files, picture)
     simulator = require_ability(backend, "carry")
     settings = CarrySettings(
         radius=None if radius is None else parse_length(radius),

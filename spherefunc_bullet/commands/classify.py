@@ -60,11 +60,13 @@ def classify(
     from ..settling.cached_runs import LoadOptions
     from ..simulator import isolated, make_simulator
 
-    if table is not None:
-        require_place(table)
+    if any_pose and (explain or table is not None):
+        raise InputError("--any-pose: expected without --csv and --explain, which answer for one pose")
     models = models_for(model, backend, function)
     functions = models[0][0].functions_
     names, failures = list(listed_files(files)), Failures()
+    if table is not None:
+        require_place(table, names)
     if any_pose:
         from .poses import classify_any_pose
 

@@ -109,6 +109,17 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
     return Material(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)
 
 
+def require_drawings(inputs: Iterable[Path], picture: Path | None, page: Path | None = None):
+    """Raise InputError, before anything is computed, if a picture or page cannot be written or is an input."""
+    from ..formats.files import prepare_folder, require_place
+    from ..viewer.mechanics_pictures import require_png
+
+    require_png(picture)
+    for file in filter(None, (picture, page)):
+        prepare_folder(file.parent)
+        require_place(file, inputs)
+
+
 def run_on_files(
     function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
 ) -> list[tuple[Path, Any]]:

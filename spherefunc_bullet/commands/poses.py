@@ -47,9 +47,9 @@ def poses(
     """Find the stable poses of each object, their probabilities, and its functions in each."""
     from ..learning.model_file import inference_model, shipped_model
     from ..simulator.mechanics import PoseSettings, require_ability
-    from ..viewer.mechanics_pictures import poses_picture, require_png, write_picture, write_poses_page
+    from ..viewer.mechanics_pictures import poses_picture, write_picture, write_poses_page
 
-    require_png(picture)
+    options.require_drawings(files, picture, page)
     simulator = require_ability(backend, "poses")
     matter = options.matter_of(mass, area_density, friction, restitution)
     settings = PoseSettings(drops=drops, fall=fall, matter=matter)

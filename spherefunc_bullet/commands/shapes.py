@@ -52,7 +52,7 @@ def shapes(
     json: Json = False,
 ):
     """Compare collision shapes: what each keeps of what the object holds, carries and lets through, and its cost."""
-    from ..formats.files import prepare_folder, write_bytes
+    from ..formats.files import prepare_folder, require_place, write_bytes
     from ..shapes.library import SUFFIX, LibraryOptions, library_results, page
 
     if form not in SUFFIX:
@@ -66,6 +66,10 @@ def shapes(
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip
     chosen, failures, results = list(objects_in(files)), Failures(), []
+    prepare_folder(report)
+    if table is not None:
+        prepare_folder(table.parent)
+        require_place(table, [*chosen, *([collision] if collision else [])])
     if best:
         require_other_folder(chosen, out)
     cache = None if report is None else report / "objects"

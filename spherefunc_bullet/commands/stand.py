@@ -47,9 +47,9 @@ def stand(
     """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
     from ..simulator.mechanics import StandSettings, require_ability
-    from ..viewer.mechanics_pictures import require_png, stand_tile, write_tiles
+    from ..viewer.mechanics_pictures import stand_tile, write_tiles
 
-    require_png(picture)
+    options.require_drawings(files, picture)
     simulator = require_ability(backend, "stands")
     matter = options.matter_of(mass, area_density, friction, restitution)
     settings = StandSettings(load=parse_mass(load), matter=matter)

@@ -62,6 +62,8 @@ def library_result(file: Path, options: LibraryOptions) -> Result:
         collision = file  # an engine would load the mesh itself
     how = {name: getattr(options, name) for name in ("shapes", "coacd", "keep", "units", "up")}
     compared = compare_shapes(file, collision, report=say, **how)
+    if not compared.rows:
+        raise InputError(f"{file}: expected a file with collision geometry, or --collision; got none to compare")
     result = compared.as_dict(str(file))
     if options.picture:
         result["picture"] = pictures(compared)

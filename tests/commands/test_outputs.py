@@ -1,0 +1,82 @@
+"""What a command writes never destroys what it reads, and is refused before hours are spent if it cannot be written."""
+
+from __future__ import annotations
+
+import clouds
+import numpy as np
+import pytest
+from commands import spherefunc
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Return a cloud and a mesh."""
+    np.savetxt(tmp_path / "table.xyz", clouds.table().points)
+    (tmp_path / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+    return tmp_path / "table.xyz", tmp_path / "sheet.obj"
+
+
+def refused(*line) -> str:
+    done = spherefunc(*line)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("spherefunc: ") and done.stderr.count("\n") == 1
+    return done.stderr
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["classify", "--csv"],
+        ["shapes", "--csv"],
+        ["poses", "--page"],
+        ["places", "--page"],
+        ["places", "--put", "INPUT", "--page"],
+        ["together", "--page"],
+    ],
+    ids=" ".join,
+)
+def test_an_input_is_not_overwritten(files, line):
+    command, *options = line
+    for file in files:
+        before = file.read_bytes()
+        same = file.parent / "." / file.name
+        words = [same if word == "INPUT" else word for word in options]
+        assert "got an input" in refused(command, *files, *words, same)
+        assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["poses", "--page"],
+        ["stand", "--picture"],
+        ["carry", "--picture"],
+        ["places", "--picture"],
+        ["together", "--page"],
+        ["shapes", "--csv"],
+        ["shapes", "--report"],
+    ],
+    ids=" ".join,
+)
+def test_what_cannot_be_written_is_refused_at_once(files, tmp_path, line):
+    command, option = line
+    assert "that can be written" in refused(command, *files, option, files[0] / "drawn.png")
+
+
+@pytest.mark.parametrize("option", [["--csv", "answers.csv"], ["--explain"]])
+def test_options_that_do_not_go_with_any_pose(files, option):
+    assert "--any-pose: expected without --csv and --explain" in refused("classify", files[0], "--any-pose", *option)
+
+
+def test_a_mesh_has_no_collision_geometry_to_compare(files):
+    assert "sheet.obj: expected a file with collision geometry" in refused("shapes", files[1], "--only-collision")
+
+
+@pytest.mark.parametrize("option", ["--miss-limit", "--max-spheres"])
+def test_a_limit_that_no_kernel_can_count_to(files, option):
+    limit = option[2:].replace("-", "_")
+    assert f"{limit} {10**20}: expected at least 1 and less than 1e+18" in refused("simulate", files[0], option, 10**20)
+
+
+def test_an_option_of_another_backend(files):
+    assert "backend 'fast': expected options of cores" in refused("simulate", files[0], "--shape", "voxel")
