@@ -13,7 +13,7 @@ import typer
 from spherefunc_bullet.console import Failures, print_json, progress, say
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.datasets.dataset import DatasetObject
+    from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
@@ -156,7 +156,9 @@ def select(
     from spherefunc_bullet.formats.units import parse_length
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
-    objects = [item for item in open_dataset(data).objects if not permissive or is_permissive(item.license)]
+    dataset = open_dataset(data)
+    _require_other_folder(dataset, directory)
+    objects = [item for item in dataset.objects if not permissive or is_permissive(item.license)]
     measured = progress(objects, len(objects), "measuring")
     chosen = [item for item in measured if lower <= max(_extents(item.path)) <= upper]
     if not chosen:
@@ -193,6 +195,7 @@ def impair(
     from ..impairment.impairments import chosen_kinds
 
     failures, dataset, impairments = Failures(), open_dataset(data), chosen_kinds(kinds.split(",") if kinds else None)
+    _require_other_folder(dataset, directory)
     functions = dict.fromkeys(function for impairment in impairments for function in impairment.functions)
     some = [item for function in functions for item in evenly_spread(dataset.objects, function, copied)]
     dataset, failed = replace(dataset, objects=tuple(some)), failures.add
@@ -201,6 +204,14 @@ def impair(
     about = {"manifest": str(copies.manifest), "objects": sum(made.values()), "made": made, "left_out": left_out}
     _say(about | {"seed": seed}, as_json)
     failures.exit()
+
+
+def _require_other_folder(dataset: Dataset, directory: Path) -> None:
+    """Raise InputError if the copies of a data set would replace its manifest."""
+    from spherefunc_bullet.errors import InputError
+
+    if dataset.folder is not None and dataset.folder.resolve() == directory.resolve():
+        raise InputError(f"{directory}: expected another folder than that of the data set, whose labels would be lost")
 
 
 def _count(names: Iterable[str]) -> dict[str, int]:

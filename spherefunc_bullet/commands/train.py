@@ -48,9 +48,11 @@ def train(
     from ..datasets.dataset import joined_datasets, open_dataset
     from ..learning.model_file import save_model
 
-    require_place(out)
     failures, how = Failures(), options.drop_config(backend, shape, radii, seed, up, units, method)
-    dataset = joined_datasets([open_dataset(name) for name in data])
+    datasets = [open_dataset(name) for name in data]
+    manifests = [each.folder / "manifest.csv" for each in datasets if each.folder is not None]
+    dataset = joined_datasets(datasets)
+    require_place(out, [*manifests, *(item.path for item in dataset.objects)])
     require_agreement(dataset)
     remarks = label_remarks(dataset)
     for remark in remarks:

@@ -80,3 +80,12 @@ def test_a_limit_that_no_kernel_can_count_to(files, option):
 
 def test_an_option_of_another_backend(files):
     assert "backend 'fast': expected options of cores" in refused("simulate", files[0], "--shape", "voxel")
+
+
+@pytest.mark.parametrize("line", ["dataset select DATA DATA", "dataset impair DATA DATA", "train DATA --out LABELS"])
+def test_the_labels_of_a_data_set_are_not_overwritten(files, tmp_path, line):
+    manifest = tmp_path / "manifest.csv"
+    manifest.write_text("file,label\ntable.xyz,table\nsheet.obj,none\n")
+    names = {"DATA": tmp_path, "LABELS": manifest}
+    assert "would be lost" in refused(*[names.get(word, word) for word in line.split()])
+    assert manifest.read_text().startswith("file,label")
