@@ -72,16 +72,6 @@ def test_a_mesh_has_no_collision_geometry_to_compare(files):
     assert "sheet.obj: expected a file with collision geometry" in refused("shapes", files[1], "--only-collision")
 
 
-@pytest.mark.parametrize("option", ["--miss-limit", "--max-spheres"])
-def test_a_limit_that_no_kernel_can_count_to(files, option):
-    limit = option[2:].replace("-", "_")
-    assert f"{limit} {10**20}: expected at least 1 and less than 1e+18" in refused("simulate", files[0], option, 10**20)
-
-
-def test_an_option_of_another_backend(files):
-    assert "backend 'fast': expected options of cores" in refused("simulate", files[0], "--shape", "voxel")
-
-
 @pytest.mark.parametrize("line", ["dataset select DATA DATA", "dataset impair DATA DATA", "train DATA --out LABELS"])
 def test_the_labels_of_a_data_set_are_not_overwritten(files, tmp_path, line):
     manifest = tmp_path / "manifest.csv"
