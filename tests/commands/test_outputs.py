@@ -58,9 +58,10 @@ def test_an_input_is_not_overwritten(files, line):
     ],
     ids=" ".join,
 )
-def test_what_cannot_be_written_is_refused_at_once(files, tmp_path, line):
+def test_what_cannot_be_written_is_refused_at_once(files, line):
     command, option = line
-    assert "that can be written" in refused(command, *files, option, files[0] / "drawn.png")
+    unread = ["missing.ply", "missing.ply"]  # nothing is said of them, since they are not read yet
+    assert "that can be written" in refused(command, *unread, option, files[0] / "drawn.png")
 
 
 @pytest.mark.parametrize("option", [["--csv", "answers.csv"], ["--explain"]])
