@@ -8,13 +8,15 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
-from ..learning.histogram import CubeHistogram, counted_cubes
-from ..learning.reasons.cubes import Cubes, corners
 from .colours import FLAT, HEIGHT_COLOURS
+
+if TYPE_CHECKING:
+    from ..learning.reasons.cubes import Cubes
 
 MAX_FACES = 100_000  # of a mesh; finer ones are thinned, so that a page of 8 MB holds several displays
 MAX_POINTS = 60_000  # of a cloud, for the same reason
@@ -105,6 +107,10 @@ def sphere_layer(radius: float, centers: np.ndarray, note: str) -> Layer:
 
 def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
     """Return the cubes of the default histogram that hold centres (S, 3), metres."""
+    # Not above, since they load scikit-learn, which takes a second, and pages of scans show no cubes.
+    from ..learning.histogram import CubeHistogram, counted_cubes
+    from ..learning.reasons.cubes import Cubes, corners
+
     histogram = CubeHistogram(radius)
     keys, counts = counted_cubes(np.asarray(centers, float), histogram.side)
     return Cubes(side=histogram.side, corners=corners(keys, histogram.side), counts=counts)

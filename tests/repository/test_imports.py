@@ -87,6 +87,12 @@ def test_asking_loads_nothing_that_only_learning_needs(asking, tmp_path, monkeyp
     assert loaded_by(code) == set()
 
 
+def test_finding_objects_in_scans_loads_nothing_that_only_learning_needs():
+    modules = "recognition.recognition", "recognition.objects", "report.files", "fusion.scene_fusion"
+    imports = ", ".join(f"spherefunc_bullet.scenes.{module}" for module in modules)
+    assert loaded_by(f"import {imports}").isdisjoint({"sklearn", "scipy.stats", "open3d", "matplotlib", "pybullet"})
+
+
 def test_every_public_name_is_there():
     import spherefunc_bullet
 
