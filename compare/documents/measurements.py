@@ -61,8 +61,8 @@ COMPARISON = "docs/comparison.md"
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
-# All of `scenes` but what is printed and drawn, and bags of ROS.
-SCENES = ("scenes/*.py", "scenes/[!cr]*/**/*.py", "scenes/recognition/*.py")
+# All of `scenes` but what is printed and drawn, depth images over time, and bags of ROS.
+SCENES = ("scenes/*.py", "scenes/[!cfr]*/**/*.py", "scenes/recognition/*.py")
 IN_ROOMS = (*SHARED, *BACKENDS["fast"], "compare/rooms/*.py", *SCENES)
 PRINTED = {"json": False}
 TIMED = PRINTED | {"timed": True}

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import InputError
 
 from ..recognition.room import SceneObject
 from ..scans.depth_image import Intrinsics
 from .grid import FREE, PRESENT, View
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 SHARED = 0.04  # metres around an object's points that count as its volume
 CELL = 0.02  # metres: one point in each cell of this side is compared
@@ -32,6 +38,18 @@ class KnownObject:
     seen: int = 0  # images that show it
     moved: np.ndarray | None = None  # (3,) metres that its middle went when it last moved; None: it stayed
     gone: bool = False
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """The lowest and the highest corner (2, 3) of its points' bounding box, metres."""
+        return corners_of(self.points)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Its points, sorted for the search of neighbours."""
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.points)
 
     @property
     def center(self) -> np.ndarray:
@@ -120,14 +138,11 @@ def times_seen(points: np.ndarray, views: Sequence[View]) -> int:
 
 def shared_volume(one: KnownObject, other: KnownObject) -> float:
     """Return the share of two objects' points that lie within the other's volume, 0 to 1."""
-    from scipy.spatial import cKDTree
-
-    low = np.maximum(one.points.min(axis=0), other.points.min(axis=0)) - SHARED
-    high = np.minimum(one.points.max(axis=0), other.points.max(axis=0)) + SHARED
-    if (low > high).any():
+    low, high = np.maximum(one.corners[0], other.corners[0]), np.minimum(one.corners[1], other.corners[1])
+    if (low - SHARED > high + SHARED).any():
         return 0.0
     near = sum(
-        np.isfinite(cKDTree(b.points).query(a.points, distance_upper_bound=SHARED)[0]).sum()
+        np.isfinite(b.tree.query(a.points, distance_upper_bound=SHARED)[0]).sum()
         for a, b in ((one, other), (other, one))
     )
     return float(near / (len(one.points) + len(other.points)))

@@ -11,6 +11,7 @@ import math
 from dataclasses import asdict, dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from inspect import signature
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
 
 MISS_LIMIT = 50  # consecutive spheres not placed that end a run (§III-A)
+LIMIT = 10**18  # of every limit: kernels count in 64 bits
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features; no cup holds more of the smallest spheres
 
 
@@ -54,8 +56,10 @@ class DropSettings:
     def __post_init__(self):
         if not (math.isfinite(self.radius) and self.radius > 0):
             raise InputError(f"radius {self.radius}: expected more than zero metres")
-        if self.miss_limit < 1 or self.max_spheres < 1 or (self.max_drops is not None and self.max_drops < 1):
-            raise InputError("miss_limit, max_spheres and max_drops: expected at least 1")
+        for name in ("miss_limit", "max_spheres", "max_drops"):
+            limit = getattr(self, name)
+            if limit is not None and not 1 <= limit < LIMIT:
+                raise InputError(f"{name} {limit}: expected at least 1 and less than {LIMIT:.0e}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,5 +234,8 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
         raise InputError(f"backend {simulator!r}: expected one of {', '.join(sorted(points)) or 'none installed'}")
     with explaining(f"backend {simulator!r} cannot be imported", ImportError, why=": "):
         backend = points[simulator].load()
+    known = signature(backend)
+    with explaining(f"backend {simulator!r}: expected options of {', '.join(known.parameters)}", TypeError, why="; "):
+        known.bind(**options)
     with explaining(f"backend {simulator!r}", TypeError, why=": "):
         return backend(**options)

@@ -1,4 +1,4 @@
-"""What a command writes never destroys what it reads, and is refused before hours are spent if it cannot be written."""
+"""What a command writes never destroys what it reads, and what it cannot do is refused before hours are spent."""
 
 from __future__ import annotations
 
@@ -80,3 +80,13 @@ def test_the_labels_of_a_data_set_are_not_overwritten(files, tmp_path, line):
     names = {"DATA": tmp_path, "LABELS": manifest}
     assert "would be lost" in refused(*[names.get(word, word) for word in line.split()])
     assert manifest.read_text().startswith("file,label")
+
+
+@pytest.mark.parametrize("option", ["--miss-limit", "--max-spheres"])
+def test_a_limit_that_no_kernel_can_count_to(files, option):
+    limit = option[2:].replace("-", "_")
+    assert f"{limit} {10**20}: expected at least 1 and less than 1e+18" in refused("simulate", files[0], option, 10**20)
+
+
+def test_an_option_of_another_backend(files):
+    assert "backend 'fast': expected options of cores" in refused("simulate", files[0], "--shape", "voxel")
