@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import gc
 import os
+import re
 import sys
+from collections.abc import Sequence
 from importlib.metadata import entry_points
 from typing import Annotated
 
@@ -15,6 +17,7 @@ import typer
 
 from .. import __version__
 from ..console import log_on_stderr, run, show
+from ..errors import InputError
 
 GARBAGE = 300_000  # new objects between garbage collections; with the default they take a seventh of a first answer
 
@@ -50,11 +53,27 @@ def application(word: str | None = None) -> typer.Typer:
     return app
 
 
+def require_no_empty(words: Sequence[str]):
+    """Raise InputError for an empty argument, which as a path would be the current folder.
+
+    Examples
+    --------
+    >>> require_no_empty(["simulate", "cup.ply", "--out", ""])
+    Traceback (most recent call last):
+    ...
+    spherefunc_bullet.errors.InputError: '' after --out: expected a value, got an empty one; is a variable unset?
+    """
+    for before, word in zip(("spherefunc", *words), words, strict=False):
+        if re.fullmatch(r"(--[\w-]+=)?", word):
+            where = f"{word!r} after {before}"
+            raise InputError(f"{where}: expected a value, got an empty one; is a variable unset?")
+
+
 def main():
     """Run the command line; a user's mistake is one line on stderr and exit code 2."""
     gc.set_threshold(GARBAGE)
     # Matrices are small here: a second thread of OpenBLAS waits for work that never comes, a sixth of a first answer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     log_on_stderr()
-    app = application(sys.argv[1] if len(sys.argv) > 1 else None)
-    run(lambda: app(prog_name="spherefunc"))
+    words = sys.argv[1:]
+    run(lambda: (require_no_empty(words), application(words[0] if words else None)(prog_name="spherefunc")))

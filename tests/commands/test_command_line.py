@@ -41,6 +41,7 @@ SIMULATE_FIELDS = {
 }
 TREES = 20  # of a forest, which learn quickly; objects here differ in everything
 FIGURES = {"f_measure", "f_measure_std", "f_measure_fair", "precision", "recall", "accuracy", "radius"}
+UNSET = "is a variable unset?"
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +129,13 @@ def trained(subset, tmp_path_factory):
         done = invoke("train", subset, "--out", path, "--radii", "2cm,1cm", "--jobs", 1, "--json")
     assert done.returncode == 0, done.stderr
     return path, json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("line", [["classify", ""], ["simulate", "cup.ply", "--out", ""], ["train", "data", "--out="]])
+def test_an_unset_variable_of_the_shell_is_not_the_current_folder(run, line):
+    done = run(*line)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"spherefunc: {line[-1]!r} after {line[-2]}: expected a value, got an empty one; {UNSET}\n"
 
 
 @pytest.mark.slow
