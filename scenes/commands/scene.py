@@ -86,7 +86,7 @@ def scene(
     from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
     from ..segmentation.segmentation import Segmentation
-    from .scene_frames import EVERY, require_frames_alone, scene_of_frames, write_files
+    from .scene_frames import EVERY, require_frames_alone, require_outputs, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
     require_method(method, model)
@@ -104,14 +104,17 @@ def scene(
         | {"--put": put, "--places": places or None},
         {"--poses": poses, "--every": every},
     )
+    if (place := frames or file) is None:
+        raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
+    stem = place.stem if frames is None else place.resolve().name
+    if out is not None:
+        require_outputs(out, place, stem, (model, intrinsics, color, poses, put))
     if frames is not None:
         source = open_frames(frames, poses=poses, intrinsics=intrinsics, depth_scale=depth_scale, report=say)
         fusion = SceneFusion(classifier, settings=settings, up=up, completion=steps, proposals=kinds)
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    if file is None:
-        raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     bag = bag_scan(file, topic, time, (intrinsics, color))
     scan = read_scan(file, units, intrinsics, color, depth_scale or 1000.0) if bag is None else bag
     up = "z" if up == "auto" and scan.level_frame is not None else up
@@ -125,7 +128,7 @@ def scene(
     say_remarks(scan, room)
     used = places_in(scan, room, put) if places or put is not None else None
     if out is not None:
-        write_files(scan, room, out, file.stem)
+        write_files(scan, room, out, stem)
     if json:
         from ..report.files import room_json
 

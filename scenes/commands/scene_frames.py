@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, say, show
 from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.files import prepare_folder, require_place
 
 EVERY = 10  # images between two updates of the objects
 
@@ -24,6 +25,17 @@ def require_frames_alone(frames: Path | None, others: dict[str, object], only: d
     for name, value in wrong.items():
         if value is not None:
             raise InputError(f"{name}: expected {where}")
+
+
+def require_outputs(out: Path, source: Path, stem: str, others: Iterable[Path | None]):
+    """Raise InputError, before anything is read, if a room's files cannot be written or would change what is read."""
+    from ..report.files import room_files
+
+    prepare_folder(out)
+    if any(place.is_dir() and out.samefile(place) for place in (source, source / "depth")):
+        raise InputError(f"--out {out}: expected another folder than the one of the images, a picture would join them")
+    for path in room_files(out, stem):
+        require_place(path, [source, *filter(None, others)])
 
 
 def scene_of_frames(

@@ -212,8 +212,13 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     return ply_bytes(scan.points, f"functions {' '.join(names)}", red=red, green=green, blue=blue, **labels)
 
 
+def room_files(folder: Path, stem: str) -> list[Path]:
+    """Return the paths of a room's JSON, labelled PLY, picture and page."""
+    return [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
+
+
 def write_room(scan: Scan, room: Room, folder: Path, stem: str) -> list[Path]:
-    """Write ``STEM.json``, ``STEM_labelled.ply``, ``STEM.png`` and ``STEM.html`` to a folder, and return them.
+    """Write the files of a room, `room_files`, to a folder, and return their paths.
 
     Raises
     ------
@@ -222,7 +227,7 @@ def write_room(scan: Scan, room: Room, folder: Path, stem: str) -> list[Path]:
     """
     from .picture import room_picture
 
-    paths = [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
+    paths = room_files(folder, stem)
     write_text(paths[0], json.dumps(room_json(scan, room), indent=2) + "\n")
     write_bytes(paths[1], labelled_ply(scan, room))
     with writing(paths[2]):

@@ -90,3 +90,19 @@ def test_a_limit_that_no_kernel_can_count_to(files, option):
 
 def test_an_option_of_another_backend(files):
     assert "backend 'fast': expected options of cores" in refused("simulate", files[0], "--shape", "voxel")
+
+
+def test_the_files_of_a_room_are_not_written_over_what_is_read(tmp_path):
+    image, camera = tmp_path / "room.png", tmp_path / "room.json"
+    for file in (image, camera):
+        file.write_text("read")
+    assert "room.png: expected another file" in refused("scene", image, "--out", tmp_path)
+    assert "room.json: expected another file" in refused("scene", "room.ply", "--intrinsics", camera, "--out", tmp_path)
+    for images in (tmp_path, tmp_path / "depth"):
+        images.mkdir(exist_ok=True)
+        assert "expected another folder" in refused("scene", "--frames", tmp_path, "--out", images)
+    assert (image.read_text(), camera.read_text()) == ("read", "read")
+
+
+def test_a_room_that_cannot_be_written_is_refused_at_once(files):
+    assert "expected a folder that can be written" in refused("scene", "missing.ply", "--out", files[0])
