@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -78,6 +79,7 @@ def scene(
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
+    from spherefunc_bullet.clouds.cloud import load_cloud
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
     from ..fusion.frames import open_frames
@@ -89,7 +91,7 @@ def scene(
     from .scene_frames import EVERY, require_frames_alone, require_outputs, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
-    require_method(method, model)
+    require_method(method, model, {"--complete": complete, "--proposals": proposals})
     classifier = inference_model(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
@@ -101,7 +103,7 @@ def scene(
     require_frames_alone(
         frames,
         {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
-        | {"--put": put, "--places": places or None},
+        | {"--put": put, "--places": places or None, "--units": None if units == "auto" else units},
         {"--poses": poses, "--every": every},
     )
     if (place := frames or file) is None:
@@ -115,8 +117,11 @@ def scene(
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    bag = bag_scan(file, topic, time, (intrinsics, color))
-    scan = read_scan(file, units, intrinsics, color, depth_scale or 1000.0) if bag is None else bag
+    if put is not None:
+        load_cloud(put)  # an error, if it has any, before the room is recognised
+    require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
+    bag = bag_scan(file, topic, time)
+    scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
     up = "z" if up == "auto" and scan.level_frame is not None else up
     warm_up_recognition(classifier)
     if method is None:
@@ -138,22 +143,25 @@ def scene(
         print_used(scan, used or {})
 
 
-def require_method(method: str | None, model: Path | None):
-    """Raise InputError for an unknown method, or for the paper's with a model of another method."""
+def require_method(method: str | None, model: Path | None, others: dict[str, str | None]):
+    """Raise InputError for an unknown method, or for the paper's with a model or options of another method."""
     if method not in (None, "paper"):
         raise InputError(f"--method {method!r}: expected paper, or nothing for the default")
     if method is not None and model is None:
         trained = "spherefunc train household --method paper --out paper.npz"
         raise InputError(f"--method paper: expected --model with one learnt by that method; {trained} makes one")
+    for name, value in others.items():
+        if method is not None and value is not None:
+            raise InputError(f"{name}: expected without --method paper, which takes clusters as they are")
 
 
-def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Path | None, ...]) -> Scan | None:
+def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
     """Return the scan of a cloud in a bag, None if the file is no bag."""
     from ..ros.bag import is_bag, load_bag
 
+    if not (time is None or math.isfinite(time)):
+        raise InputError(f"--time {time:g}: expected a number of seconds")
     if is_bag(file):
-        if any(others):
-            raise InputError(f"--intrinsics, --color: expected with a depth image, got the bag {file.name}")
         return load_bag(file, topic=topic, time=time or 0.0, report=say)
     for option, value in (("--topic", topic), ("--time", time)):
         if value is not None and not file.exists():
@@ -163,17 +171,28 @@ def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Pa
     return None
 
 
-def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:
+def require_source(file: Path, units: str, images: dict[str, object]):
+    """Raise InputError for options of depth images with another file, and for a unit with a file in metres."""
+    from ..ros.bag import is_bag
+    from ..scans.depth_image import IMAGES
+
+    image, bag = file.suffix.lower() in IMAGES, is_bag(file)
+    for option, value in images.items():
+        if value is not None and not image:
+            raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {file.name}")
+    if units != "auto" and (image or bag):
+        raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")
+
+
+def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
     """Return the scan of a point cloud's or a depth image's file."""
     from ..scans.depth_image import IMAGES, load_depth_image
     from ..scans.scan import load_scan
 
-    if file.suffix.lower() in IMAGES:
-        return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
-    for option, value in (("--intrinsics", intrinsics), ("--color", color)):
-        if value is not None:
-            raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {file.name}")
-    return load_scan(file, units=units, report=say)
+    if file.suffix.lower() not in IMAGES:
+        return load_scan(file, units=units, report=say)
+    scale = 1000.0 if depth_scale is None else depth_scale
+    return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=scale, report=say)
 
 
 def warm_up_recognition(classifier: FunctionModel):

@@ -106,3 +106,31 @@ def test_the_files_of_a_room_are_not_written_over_what_is_read(tmp_path):
 
 def test_a_room_that_cannot_be_written_is_refused_at_once(files):
     assert "expected a folder that can be written" in refused("scene", "missing.ply", "--out", files[0])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["table.xyz", "--depth-scale", "1000"],
+        ["depth.png", "--units", "mm"],
+        ["scan.bag", "--units", "mm"],
+        ["scan.bag", "--time", "nan"],
+        ["table.xyz", "--method", "paper", "--model", "any.npz", "--complete", "none"],
+        ["table.xyz", "--method", "paper", "--model", "any.npz", "--proposals", "pools"],
+        ["--frames", "FOLDER", "--units", "mm"],
+    ],
+    ids=" ".join,
+)
+def test_options_of_scene_that_would_change_nothing(files, line):
+    words = [files[0].parent if word == "FOLDER" else word for word in line]
+    options = [word for word in line if word.startswith("--")]
+    assert refused("scene", *words).startswith(f"spherefunc: {options[-1]}")
+
+
+def test_no_depth_scale_is_not_the_default(tmp_path):
+    np.save(tmp_path / "depth.npy", np.ones((12, 16)))
+    assert "--depth-scale 0: expected" in refused("scene", tmp_path / "depth.npy", "--depth-scale", 0)
+
+
+def test_an_object_to_put_down_is_read_before_the_room(files):
+    assert "missing.ply: expected a file" in refused("scene", "no_room.ply", "--put", "missing.ply")
