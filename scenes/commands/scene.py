@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -133,7 +132,7 @@ def scene(
     say_remarks(scan, room)
     used = places_in(scan, room, put) if places or put is not None else None
     if out is not None:
-        write_files(scan, room, out, stem)
+        write_files(scan, room, out, stem, used)
     if json:
         from ..report.files import room_json
 
@@ -159,8 +158,8 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
     """Return the scan of a cloud in a bag, None if the file is no bag."""
     from ..ros.bag import is_bag, load_bag
 
-    if not (time is None or math.isfinite(time)):
-        raise InputError(f"--time {time:g}: expected a number of seconds")
+    if not 0.0 <= (time or 0.0) < 1e9:
+        raise InputError(f"--time {time:g}: expected seconds after the start of the bag")
     if is_bag(file):
         return load_bag(file, topic=topic, time=time or 0.0, report=say)
     for option, value in (("--topic", topic), ("--time", time)):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
     from ..recognition.room import Room
+    from ..report.files import Used
     from ..scans.scan import Scan
 
 
@@ -68,11 +69,11 @@ def scene_of_frames(
     failures.exit()
 
 
-def write_files(scan: Scan, room: Room, out: Path, stem: str):
+def write_files(scan: Scan, room: Room, out: Path, stem: str, places: Used | None = None):
     """Write the files of a room, and print their paths."""
     from ..report.files import write_room
 
-    for path in write_room(scan, room, out, stem):
+    for path in write_room(scan, room, out, stem, places):
         say(f"wrote {path}")
 
 

@@ -115,6 +115,7 @@ def test_a_room_that_cannot_be_written_is_refused_at_once(files):
         ["depth.png", "--units", "mm"],
         ["scan.bag", "--units", "mm"],
         ["scan.bag", "--time", "nan"],
+        ["scan.bag", "--time", "-5"],
         ["table.xyz", "--method", "paper", "--model", "any.npz", "--complete", "none"],
         ["table.xyz", "--method", "paper", "--model", "any.npz", "--proposals", "pools"],
         ["--frames", "FOLDER", "--units", "mm"],

@@ -280,7 +280,8 @@ def test_mistakes_are_one_line_and_code_2(scan_file, options, message):
 
 def test_a_single_plane_has_no_objects_and_is_no_error(tmp_path):
     np.savetxt(tmp_path / "plane.xyz", moved(level(3.0, 3.0, 0.0)[::9], 5, 5), fmt="%.4f")
-    done = spherefunc("scene", tmp_path / "plane.xyz", "--json")
+    done = spherefunc("scene", tmp_path / "plane.xyz", "--json", "--places", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["objects"] == []
+    assert json.loads((tmp_path / "plane.json").read_text())["places"] == []
     assert "no objects" in done.stderr
