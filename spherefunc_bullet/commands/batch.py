@@ -82,7 +82,9 @@ def run(
     limits = ObjectLimits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
     how = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     part = parse_shard(shard)
-    batch = Batch(dataset=shard_of(open_dataset(data), part), drop_config=how, folder=RunFolder(folder))
+    dataset = open_dataset(data)
+    require_no_label(folder, Path(data))
+    batch = Batch(dataset=shard_of(dataset, part), drop_config=how, folder=RunFolder(folder))
     context = nullcontext()
     if scheduler is not None:
         from ..batch.cluster import on_scheduler
@@ -90,6 +92,13 @@ def run(
         context = on_scheduler(scheduler, batch.folder, limits, shared_path=shared_path)
     with context as work:
         run_and_report(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
+
+
+def require_no_label(run: Path, data: Path):
+    """Raise InputError for a run within a data set whose folders are labels: its centres would be objects of one."""
+    inside = data.resolve() in (run / "settled").resolve().parents
+    if inside and data.is_dir() and not (data / "manifest.csv").is_file():
+        raise InputError(f"--run {run}: expected a folder outside {data}, in which folders are labels")
 
 
 def run_and_report(batch: Batch, json: bool, **how):

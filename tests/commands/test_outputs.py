@@ -135,3 +135,11 @@ def test_no_depth_scale_is_not_the_default(tmp_path):
 
 def test_an_object_to_put_down_is_read_before_the_room(files):
     assert "missing.ply: expected a file" in refused("scene", "no_room.ply", "--put", "missing.ply")
+
+
+@pytest.mark.parametrize("run", [".", "run", "cup/run"])
+def test_a_run_is_no_label_of_the_data_set(files, tmp_path, run):
+    data = tmp_path / "data"
+    (data / "cup").mkdir(parents=True)
+    files[0].rename(data / "cup" / "cup.xyz")
+    assert "in which folders are labels" in refused("batch", data, "--run", data / run)
