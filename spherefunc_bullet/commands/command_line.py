@@ -75,5 +75,11 @@ def main():
     # Matrices are small here: a second thread of OpenBLAS waits for work that never comes, a sixth of a first answer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     log_on_stderr()
+    run(answer_command_line)
+
+
+def answer_command_line():
+    """Run the command that the words of the command line name."""
     words = sys.argv[1:]
-    run(lambda: (require_no_empty(words), application(words[0] if words else None)(prog_name="spherefunc")))
+    require_no_empty(words)
+    application(words[0] if words else None)(prog_name="spherefunc")
