@@ -10,6 +10,7 @@ import typer
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.files import prepare_folder, require_place
 
 from ..evaluation import TRAIN_SIZES
 
@@ -73,6 +74,8 @@ def evaluate(
     from .mechanics import print_measured
 
     require_sensible(data, test, impaired, corruptions, picture)
+    require_used({"--copied": copied}, "with --impaired or --corruptions", impaired or corruptions)
+    require_used({"--leave-one-out": leave_one_out, "--groups": groups}, "without --test", test is None)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     task_names, chosen = parse_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
@@ -121,5 +124,14 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
         raise InputError(f"--picture {picture}: expected with --impaired or --corruptions, one of which it shows")
     if picture is not None:
         require_ending(picture)
+        prepare_folder(picture.parent)
+        require_place(picture)
     if len(data) > 1 and test is None:
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
+
+
+def require_used(given: dict[str, object], where: str, used: bool):
+    """Raise InputError for an option that is given and would change nothing."""
+    for name, value in given.items():
+        if value and not used:
+            raise InputError(f"{name}: expected {where}")

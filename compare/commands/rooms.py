@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -166,7 +167,7 @@ def conditions(views: str, noise: str) -> tuple[Condition, ...]:
 
     expected = "numbers from 0, such as 0,1,2"
     numbers, levels = [parse_views(view) for view in views.split(",")], parse_numbers("--noise", noise, expected)
-    if min(levels) < 0:
+    if not all(0.0 <= level < math.inf for level in levels):
         raise InputError(f"--noise {noise!r}: expected {expected}")
     pairs = [(number, level) for number in numbers for level in ([0.0] if number is None else levels)]
     return tuple(Condition(views=number, noise=level) for number, level in pairs)

@@ -48,6 +48,7 @@ def rooms(
 ) -> None:
     """Furnish virtual rooms and scan them with a virtual Kinect; the object of every point is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.formats.units import parse_length
 
     from ..virtual_rooms.folder import RoomFolder
@@ -56,6 +57,8 @@ def rooms(
 
     failures, number, disorder = Failures(), parse_views(views), parse_lived_in(lived_in)
     resolution, dataset = Resolution(leaf=parse_length(fused) if fused else None, points=points), open_dataset(data)
+    _require_other_folder(dataset, directory)
+    prepare_folder(directory)
     folder = RoomFolder(directory, dataset.name)
     rooms = furnish_lived_in(dataset, count, seed=seed, failed=failures.add, lived_in=disorder)
     for room in progress(rooms, count, "scanning rooms"):

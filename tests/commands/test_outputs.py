@@ -143,3 +143,20 @@ def test_a_run_is_no_label_of_the_data_set(files, tmp_path, run):
     (data / "cup").mkdir(parents=True)
     files[0].rename(data / "cup" / "cup.xyz")
     assert "in which folders are labels" in refused("batch", data, "--run", data / run)
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("evaluate DATA --impaired --picture DATA/table.xyz/drawn.png", "that can be written"),
+        ("evaluate DATA --copied 3", "--copied: expected with --impaired or --corruptions"),
+        ("evaluate DATA --test DATA --groups", "--groups: expected without --test"),
+        ("evaluate DATA --test DATA --leave-one-out", "--leave-one-out: expected without --test"),
+        ("rooms DATA --noise nan", "expected numbers from 0"),
+        ("dataset rooms DATA DATA", "would be lost"),
+        ("dataset rooms DATA DATA/table.xyz", "that can be written"),
+    ],
+)
+def test_an_evaluation_or_a_room_is_not_begun_for_nothing(files, tmp_path, line, says):
+    (tmp_path / "manifest.csv").write_text("file,label\ntable.xyz,table\nsheet.obj,none\n")
+    assert says in refused(*line.replace("DATA", str(tmp_path)).split())
