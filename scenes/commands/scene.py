@@ -78,7 +78,6 @@ def scene(
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
-    from spherefunc_bullet.clouds.cloud import load_cloud
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
     from ..fusion.frames import open_frames
@@ -116,9 +115,7 @@ def scene(
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    if put is not None:
-        load_cloud(put)  # an error, if it has any, before the room is recognised
-    require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
+    require_source(file, units, put, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
     bag = bag_scan(file, topic, time)
     scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
     up = "z" if up == "auto" and scan.level_frame is not None else up
@@ -170,8 +167,10 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
     return None
 
 
-def require_source(file: Path, units: str, images: dict[str, object]):
-    """Raise InputError for options of depth images with another file, and for a unit with a file in metres."""
+def require_source(file: Path, units: str, put: Path | None, images: dict[str, object]):
+    """Raise InputError for options that do not go with the file, and for an object to put down that cannot be read."""
+    from spherefunc_bullet.clouds.cloud import load_cloud
+
     from ..ros.bag import is_bag
     from ..scans.depth_image import IMAGES
 
@@ -181,6 +180,8 @@ def require_source(file: Path, units: str, images: dict[str, object]):
             raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {file.name}")
     if units != "auto" and (image or bag):
         raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")
+    if put is not None:
+        load_cloud(put)
 
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
