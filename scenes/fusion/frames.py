@@ -191,6 +191,8 @@ def read_log(path: Path, count: int) -> Iterator[np.ndarray | None]:
     if not words or len(words) % 19 or None in words:
         raise InputError(f"{path.name}: expected blocks of three whole numbers and a matrix of 4 x 4, found others")
     table = np.array(words, float).reshape(-1, 19)
+    if len(table) > count:
+        raise InputError(f"{path.name}: expected a pose for each of the {count} images, got {len(table)} poses")
     for place in range(count):
         yield table[place, 3:].reshape(4, 4) if place < len(table) else None
 

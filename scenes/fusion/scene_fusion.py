@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, explaining, require_known
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
-from ..recognition.completion import DEFAULT
+from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
 from ..scans.depth_image import Intrinsics, checked_camera
@@ -74,6 +74,8 @@ class SceneFusion:
         completion: Sequence[str] = DEFAULT,
         proposals: Sequence[str] = KINDS,
     ):
+        require_known("completion", completion, STEPS)
+        require_known("proposals", proposals, KINDS)
         shipped = shipped_model(backend or "fast", scans=True) if model is None else model
         self.model, self.up = inference_model(shipped, backend), up
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}
@@ -115,7 +117,9 @@ class SceneFusion:
         T = self.tracked(depth, camera, name) if pose is None else checked_pose(pose, name)
         watch.lap("odometry")
         view = view_of(depth, camera, T)
-        self.grid.add(depth, view)
+        expected = f"{name}: expected surfaces within {self.fusion.farthest:g} m, found none; is it in metres?"
+        with explaining(expected, RuntimeError):  # as Open3D says that no block of the map is touched
+            self.grid.add(depth, view)
         self.views.append(view)
         self._last = depth, T
         watch.lap("fusing")

@@ -180,3 +180,25 @@ def test_what_cannot_be_fused_is_one_line(options, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(application(), ["scene", *options])
     assert isinstance(result.exception, InputError) and len(str(result.exception).splitlines()) == 1
+
+
+def test_depth_in_millimetres_is_refused_and_changes_nothing(images):
+    (depth, pose), *_ = images
+    fusion = sf.SceneFusion()
+    with pytest.raises(InputError, match=r"kinect: expected surfaces within 5 m, found none; is it in metres\?"):
+        fusion.add(depth * 1000, CAMERA, pose, name="kinect")
+    assert not fusion.views
+
+
+@pytest.mark.parametrize("how", [{"completion": ("foo",)}, {"proposals": "pools"}])
+def test_unknown_steps_of_recognition_are_refused(how):
+    with pytest.raises(InputError, match=f"{next(iter(how))}.*expected"):
+        sf.SceneFusion(**how)
+
+
+def test_a_log_of_more_poses_than_images_is_refused(images, tmp_path):
+    write_png(tmp_path / "0.png", images[0][0])
+    one = "0 0 0\n" + "\n".join(" ".join(map(str, row)) for row in images[0][1]) + "\n"
+    (tmp_path / "trajectory.log").write_text(one * 2)
+    with pytest.raises(InputError, match=r"trajectory.log: expected a pose for each of the 1 images, got 2"):
+        open_frames(tmp_path, poses=tmp_path / "trajectory.log")
