@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from clouds import level as sheet_at
@@ -63,4 +65,9 @@ def test_a_table_alone_on_a_floor_is_told_by_whole_models(model):
 @pytest.mark.parametrize("method", ["paper", "papers"])
 def test_the_command_wants_a_model_of_the_method(method):
     with pytest.raises(InputError, match="--method"):
-        require_method(method, None)
+        require_method(method, None, {})
+
+
+def test_the_paper_completes_and_proposes_nothing():
+    with pytest.raises(InputError, match="--complete: expected without --method paper"):
+        require_method("paper", Path("paper.npz"), {"--complete": "none", "--proposals": None})
