@@ -121,11 +121,12 @@ def objects_on(top: Top) -> list[np.ndarray]:
         return []
     fine = cells(top.points, POOL.spacing)
     found = members_of(euclidean_clusters(fine.means, SEGMENTATION.cluster_tolerance)[fine.cell_of])
+    found = [rows for rows in found if len(rows) >= POOL.min_points]
     sizes = [np.subtract(*corners_of(top.points[rows])[::-1]) for rows in found]
     return [
         top.indices[rows]
         for rows, size in zip(found, sizes, strict=True)
-        if len(rows) >= POOL.min_points and size[2] > SCAN.cell and size.max() < SEGMENTATION.large
+        if size[2] > SCAN.cell and size.max() < SEGMENTATION.large
     ]
 
 

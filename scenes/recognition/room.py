@@ -85,7 +85,9 @@ def choose_objects(candidates: Sequence[ObjectCandidate], least: int) -> list[Ob
             claims.append(candidate)
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
     claims = [with_cluster_points(one, clusters) for one in claims]
-    rest = [one for one in clusters if not one.claimed and free_share(one, claims) > 1 - RECOGNITION.within]
+    held = points_held(claims, candidates)
+    unclaimed = (one for one in clusters if not one.claimed)
+    rest = [one for one in unclaimed if 1 - held[one.proposal.members].mean() > 1 - RECOGNITION.within]
     rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return without_shared_points([*claims, *rest], least)
@@ -133,19 +135,18 @@ def with_cluster_points(claim: ObjectCandidate, clusters: Sequence[ObjectCandida
     return claim
 
 
-def free_share(cluster: ObjectCandidate, claims: Sequence[ObjectCandidate]) -> float:
-    """Return the share of a cluster's points that no claim holds."""
-    members = cluster.proposal.members
-    held = np.zeros(len(members), bool)
-    for claim in claims:
-        held |= np.isin(members, claim.proposal.members, assume_unique=True)
-    return float(1 - held.mean())
+def points_held(some: Sequence[ObjectCandidate], candidates: Sequence[ObjectCandidate]) -> np.ndarray:
+    """Return which of the points, up to the last one of all candidates, some of these hold, (N,) bool."""
+    last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
+    held = np.zeros(last + 1, bool)
+    for one in some:
+        held[one.proposal.members] = True
+    return held
 
 
 def without_shared_points(candidates: Sequence[ObjectCandidate], least: int) -> list[ObjectCandidate]:
     """Return candidates without points that a smaller one holds, the one of most points first; too few are left out."""
-    last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
-    taken, left = np.zeros(last + 1, bool), []
+    taken, left = points_held((), candidates), []
     for one in sorted(candidates, key=lambda one: len(one.proposal.members)):
         members = one.proposal.members
         free = members[~taken[members]]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.clouds.outline import well_within
+from spherefunc_bullet.clouds.outline import convex_outline
 from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
@@ -141,29 +142,34 @@ def bounding_box(points: np.ndarray) -> Box:
 
     One of its sides runs along an edge of the convex hull, as that of least area always does.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = points[:, :2]
-    places = places[~well_within(places)]
-    try:
-        outline = places[ConvexHull(places).vertices]
-    except (QhullError, ValueError):  # in a line
-        outline = places
-    edges = np.roll(outline, -1, axis=0) - outline if len(outline) > 2 else np.eye(2)
-    angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 9))
-    along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    spans = [outline @ axes.T for axes in (along, across)]
-    lows, highs = np.array([span.min(axis=0) for span in spans]), np.array([span.max(axis=0) for span in spans])
-    best = int(np.argmin(np.round((highs - lows).prod(axis=0), 9)))
-    low, high = lows[:, best], highs[:, best]
-    middle, angle = (low + high) / 2, angles[best]
+    outline = convex_outline(points[:, :2])
+    x, y, width, depth, angle = least_rectangle(outline)
     bottom, top = points[:, 2].min(), points[:, 2].max()
-    width, depth = high - low
+    return Box(center=np.array([x, y, (bottom + top) / 2]), size=np.array([width, depth, top - bottom]), yaw=angle)
+
+
+@njit(cache=True, error_model="numpy")
+def least_rectangle(outline):
+    """Return the rectangle of least area around a convex outline (K, 2), metres: middle, longer side, other side, yaw.
+
+    Areas are compared, and angles taken, to nine digits, so that the last digits of the points decide nothing.
+    """
+    least, best = np.inf, (outline[0, 0], outline[0, 1], 0.0, 0.0, 0.0)
+    for i in range(len(outline)):
+        j = (i + 1) % len(outline)
+        angle = math.atan2(outline[j, 1] - outline[i, 1], outline[j, 0] - outline[i, 0]) % (math.pi / 2)
+        angle = round(angle, 9)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
+        for k in range(len(outline)):
+            x, y = outline[k, 0] * cosine + outline[k, 1] * sine, outline[k, 1] * cosine - outline[k, 0] * sine
+            low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+        width, depth = high_x - low_x, high_y - low_y
+        area = round(width * depth, 9)
+        if area < least or (area == least and angle < best[4]):
+            x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
+            least, best = area, (x * cosine - y * sine, x * sine + y * cosine, width, depth, angle)
+    x, y, width, depth, angle = best
     if depth > width:
-        width, depth, angle = depth, width, angle - np.pi / 2 if angle > 0 else angle + np.pi / 2
-    return Box(
-        center=np.array([*(middle[0] * along[best] + middle[1] * across[best]), (bottom + top) / 2]),
-        size=np.array([width, depth, top - bottom]),
-        yaw=float(angle),
-    )
+        width, depth, angle = depth, width, angle - math.pi / 2 if angle > 0 else angle + math.pi / 2
+    return x, y, width, depth, angle

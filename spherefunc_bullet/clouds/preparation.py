@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .cloud import Cloud, Mesh, centre_on_ground, placed
-from .outline import convex_outline, corners_of, well_within
+from .outline import convex_outline, corners_of
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -211,7 +211,7 @@ def heading(cloud: Cloud) -> float:
 
 def heading_of(places: np.ndarray) -> float:
     """Return the heading of points on the ground (N, 2), metres; see `heading`."""
-    corners = convex_outline(places[~well_within(places)])
+    corners = convex_outline(places)
     if len(corners) < 3:  # a line or a point
         return 0.0
     edges = np.roll(corners, -1, axis=0) - corners

@@ -12,7 +12,6 @@ from spherefunc_bullet.bullet.collision.cuts import (
     CELLS,
     bare_cells,
     best_cut,
-    chain,
     corners_of_faces,
     count_inside,
     hull_of,
@@ -37,6 +36,7 @@ from spherefunc_bullet.bullet.collision.voxels import (
     split,
     voxel_normals,
 )
+from spherefunc_bullet.clouds.outline import chain
 
 RANDOM = np.random.default_rng
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from scipy.ndimage import label
 
+from ...clouds.outline import chain, cross
 from ...processes.compilation import njit
 
 CELLS = 4  # of the grid on which hulls are checked, per reach
@@ -54,24 +55,6 @@ def hull_of(points: np.ndarray, slack: float) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def chain(points, order):
-    """Return the corners of the hull of points, given their order by x and then y."""
-    n = len(order)
-    hull = np.empty(2 * n + 2, np.int64)
-    k = 0
-    for turn in range(2):
-        floor = k + 1
-        for step in range(n):
-            i = order[step if turn == 0 else n - 1 - step]
-            while k > floor and cross(points, hull[k - 2], hull[k - 1], i) <= 0:
-                k -= 1
-            hull[k] = i
-            k += 1
-        k -= 1  # the other chain starts where this one ends
-    return hull[: max(k, 1)]
-
-
-@njit(cache=True, error_model="numpy")
 def prominent_corners(points, hull, slack):
     """Return the corners of a hull without those near the line from the last kept corner to the next one."""
     corners = np.empty(len(hull), np.int64)
@@ -89,13 +72,6 @@ def prominent_corners(points, hull, slack):
                 count, last = count + 1, h
                 break
     return corners[:count]
-
-
-@njit(cache=True, error_model="numpy")
-def cross(points, a, b, c):
-    """Return twice the area of a triangle, negative if it is clockwise."""
-    ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    return ux * (points[c, 1] - points[a, 1]) - uy * (points[c, 0] - points[a, 0])
 
 
 def bare_cells(points: np.ndarray, hull: np.ndarray, reach: float) -> np.ndarray:
