@@ -134,8 +134,20 @@ def print_labels(measured: Sequence[Row]):
     names, rows = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole"), []
     for row in measured:
         for function, quality in row["functions"].items():
-            rows.append([row["views"], f"{row['noise']:g}", function, *(figure(quality[name]) for name in names)])
-    head = ["scan", "noise", "function", "F", "precision", "recall", "F, cut out by truth", "F, whole models"]
+            figures = [figure(quality[name]) for name in names]
+            figures.insert(3, f"{quality['true_sure_claims']}/{quality['sure_claims']}")
+            rows.append([row["views"], f"{row['noise']:g}", function, *figures])
+    head = [
+        "scan",
+        "noise",
+        "function",
+        "F",
+        "precision",
+        "recall",
+        "sure ones true",
+        "F, cut out by truth",
+        "F, whole models",
+    ]
     print_table("\nFunctions", head, rows)
 
 

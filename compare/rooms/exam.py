@@ -146,10 +146,11 @@ def print_benchmark(rows: Sequence[Row]):
         [row["by"], row["of"], row["scans"]]
         + [count_with_interval(row["found"], row["seen"], row["recall"], row["recall_interval"])]
         + [count_with_interval(row["true_claims"], row["claims"], row["precision"], row["precision_interval"])]
+        + [f"{row['true_sure_claims']}/{row['sure_claims']}"]
         + [f"{row['backs_found']}/{row['backs']}" if row["backs"] else "-", row["disputed"] or "-"]
         for row in rows
     ]
-    columns = ["by", "of", "scans", "found of seen", "claims true", "backs", "disputed"]
+    columns = ["by", "of", "scans", "found of seen", "claims true", "sure ones", "backs", "disputed"]
     print_table(f"The exam, with {SHARE:.0%} intervals by bootstrap over scans", columns, table)
     show()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -135,10 +136,16 @@ class MatchResult:
             return ending
         return f"back {ending}" if self.true.visible == BACK_ONLY else "uncounted"
 
+    @property
+    def sure(self) -> bool:
+        """Whether it is a claim whose score is not uncertain."""
+        return self.claim is not None and self.function not in self.claim.unsure
+
 
 def score_of(verdicts: Iterable[MatchResult]) -> Score:
-    """Return the number of results of each outcome."""
-    return Counter(verdict.outcome for verdict in verdicts)
+    """Return the number of results of each outcome, and of those that are sure."""
+    outcomes = ([one.outcome, *([f"sure {one.outcome}"] if one.sure else [])] for one in verdicts)
+    return Counter(chain.from_iterable(outcomes))
 
 
 def score_row(score: Score) -> Row:
@@ -151,6 +158,8 @@ def score_row(score: Score) -> Row:
         "true_claims": found,
         "claims": claims,
         "precision": rounded(ratio(found, claims), 3),
+        "true_sure_claims": score["sure found"],
+        "sure_claims": score["sure found"] + score["sure false"],
         "backs_found": score["back found"],
         "backs": score["back found"] + score["back missed"],
         "disputed": score["disputed"],

@@ -72,6 +72,7 @@ class ConditionCounts:
     points: int = 0
     segmentation: MatchCounts = MatchCounts()
     labelled: dict[str, MatchCounts] = field(default_factory=dict)  # by function, from scan to label
+    sure: dict[str, MatchCounts] = field(default_factory=dict)  # the same of sure answers alone
     cut_out: dict[str, MatchCounts] = field(default_factory=dict)  # given the true segmentation
     whole: dict[str, MatchCounts] = field(default_factory=dict)  # the same objects as whole models
     stages: dict[str, float] = field(default_factory=dict)  # seconds
@@ -85,6 +86,10 @@ class ConditionCounts:
         functions = {
             name: counts.row()
             | {kind: rounded(table.get(name, MatchCounts()).f_measure) for kind, table in kinds.items()}
+            | {
+                "true_sure_claims": self.sure[name].hits,
+                "sure_claims": self.sure[name].hits + self.sure[name].false_alarms,
+            }
             for name, counts in self.labelled.items()
         }
         return {
@@ -195,6 +200,7 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
         points=len(scan.points),
         segmentation=segmentation_counts(matches, seen),
         labelled=counts(matches, {item.id: item.members for item in room.objects}),
+        sure=counts(matches, {item.id: item.members.difference(room.unsure_functions(item)) for item in room.objects}),
         cut_out=counts(itself, functions_cut_out(scan, fold, trial)) if trial.cut_out else {},
         whole=counts(itself, {number: fold.of_models[item.path] for number, item in items.items()}),
         stages=room.stages,

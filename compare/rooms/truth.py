@@ -44,6 +44,7 @@ class RecognisedObject:
     functions: frozenset[str]
     box: Box
     points: np.ndarray  # (N,) bool
+    unsure: frozenset[str] = frozenset()  # functions of which it is unsure
 
 
 def true_objects(scan_file: Path) -> list[TrueObject] | None:
@@ -157,7 +158,8 @@ def recognised_in(scan: Scan, room: Room) -> list[RecognisedObject]:
         inside = room.labels == item.id
         tilted = room.levelling.up[2] < _LEVEL and inside.any()
         box = aligned_box(scan.points[inside]) if tilted else room.box_in_scan(item.box)
-        recognised.append(RecognisedObject(functions=item.members, box=box, points=inside))
+        unsure = frozenset(room.unsure_functions(item))
+        recognised.append(RecognisedObject(functions=item.members, box=box, points=inside, unsure=unsure))
     return recognised
 
 

@@ -251,7 +251,11 @@ def print_room(scan: Scan, room: Room):
 
     names = room.function_names
     table = [
-        [str(item.id), item.main_function, *[score_text(room, item, name) for name in names]]
+        [
+            str(item.id),
+            item.main_function + ", unsure" * bool(room.doubts(item)),
+            *[score_text(room, item, name) for name in names],
+        ]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
         + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
         for item in room.objects

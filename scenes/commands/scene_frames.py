@@ -117,7 +117,11 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     """Print the objects with a function, and those that are gone."""
     names = fusion.room.function_names
     rows = [
-        [str(item.id), ", ".join(sorted(item.functions)), *(f"{item.scores[name]:.2f}" for name in names)]
+        [
+            str(item.id),
+            ", ".join(sorted(item.functions)) + ", unsure" * item.unsure,
+            *(f"{item.scores[name]:.2f}" for name in names),
+        ]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
         + [" ".join(f"{place:.2f}" for place in item.box.center), str(item.seen)]
         + ["" if item.moved is None else " ".join(f"{shift:.2f}" for shift in item.moved)]

@@ -42,6 +42,8 @@ class FusedObject:
     box: Box  # upright; in the world's frame, if that is level
     corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the world's frame, level or not
     points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the world's frame
+    unsure: bool  # the last reasons say why
+    reasons: tuple[str, ...]  # sentences
     seen: int  # images that show it
     moved: np.ndarray | None  # (3,) metres that its middle went when it last moved; None: it stayed
 
@@ -165,6 +167,7 @@ class SceneFusion:
     def fused_object(self, label: int, number: int) -> FusedObject:
         """Return one object of the last update, by its number in the room and its id."""
         item, known = self.room.objects[label], self.tracker.known[number]
+        doubts = self.room.doubts(item)
         return FusedObject(
             id=number,
             label=label,
@@ -173,6 +176,8 @@ class SceneFusion:
             box=self.room.box_in_scan(item.box),
             corners=self.room.levelling.to_scan(item.box.corners),
             points=self.scan.points[self.room.labels == label],
+            unsure=bool(doubts),
+            reasons=(*self.room.reasons(item), *doubts),
             seen=known.seen,
             moved=known.moved,
         )

@@ -12,6 +12,7 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel, Membership
+from spherefunc_bullet.learning.profiles.calibration import ScoreRange
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.settling import settle_all
@@ -23,7 +24,7 @@ from ..segmentation.clusters import Box, bounding_box
 from ..settings import RECOGNITION, SEGMENTATION
 from .completion import TOP, complete
 from .proposals import Proposal
-from .room import ClaimThreshold, ObjectCandidate, with_claims
+from .room import UNSURE_RANGE, ClaimThreshold, ObjectCandidate, with_claims
 from .surroundings import NAMES, ScanSurroundings
 
 logger = logging.getLogger("spherefunc")
@@ -66,6 +67,14 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     if scenes.names != NAMES:
         raise InputError("the model has learnt other surroundings than this version reads; train it again")
     return ScanSurroundings(points=points, is_wall=is_wall)
+
+
+def unsure_ranges(model: FunctionModel) -> dict[str, ScoreRange]:
+    """Return the range of scores in which each function is unsure in scans; none for models of cubes."""
+    if not isinstance(model, ProfileModel):
+        return {}
+    known = model.scene_forests_ is not None
+    return {name: UNSURE_RANGE if known else model.unsure_range(name) for name in model.functions_}
 
 
 def classify_proposals(

@@ -22,7 +22,14 @@ from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, se
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
-from .judging import RecognitionContext, classify_parts, classify_proposals, is_fragment, surroundings_for
+from .judging import (
+    RecognitionContext,
+    classify_parts,
+    classify_proposals,
+    is_fragment,
+    surroundings_for,
+    unsure_ranges,
+)
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
 from .room import THRESHOLDS, ObjectCandidate, Room, SceneObject, choose_objects
 from .surroundings import surroundings_alone
@@ -159,6 +166,7 @@ def recognise(
         inferred=inferred,
         stages=watch.seconds,
         thresholds=thresholds,
+        unsure_ranges=unsure_ranges(model),
     )
 
 

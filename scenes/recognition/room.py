@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from spherefunc_bullet.function_model import THRESHOLD, Membership
+from spherefunc_bullet.learning.profiles.calibration import ScoreRange, uncertainty
 
 from ..scans.levelling import Levelling
 from ..segmentation.clusters import Box
@@ -33,6 +34,8 @@ THRESHOLDS = {
     CLUSTERS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55, "sittable": 0.4}),
     POOLS: ClaimThreshold(usual=0.5, by_function={"cup": 0.55}),
 }
+# Chosen in such rooms, too: 0.95 of the claims above it are true, and 0.01 of what is below it have the function.
+UNSURE_RANGE: ScoreRange = (0.2, 0.95)
 LOWEST_THRESHOLD = min(min(each.usual, *each.by_function.values()) for each in THRESHOLDS.values())
 
 
@@ -209,6 +212,7 @@ class Room:
     inferred: list[InferredObject] = field(default_factory=list)  # not seen, and not counted among the objects
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
     thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
+    unsure_ranges: Mapping[str, ScoreRange] = field(default_factory=dict)  # of the scores of each function
 
     @property
     def function_names(self) -> list[str]:
@@ -232,10 +236,16 @@ class Room:
     def doubts(self, item: SceneObject) -> list[str]:
         """Return why the answer about an object is unsure, each a sentence; none if it is sure."""
         doubts = [FRAGMENT] if item.fragment else []
-        below = [name for name in item.members if item.functions[name].score <= THRESHOLD]
-        if below:
-            doubts.append(f"uncertain: {' and '.join(sorted(below))}, claimed with a score of at most 0.5")
+        doubts += [
+            uncertainty(name, item.functions[name].score, self.unsure_ranges[name])
+            for name in self.unsure_functions(item)
+        ]
         return [*doubts, ASSUMED] if self.levelling.source == "assumed" else doubts
+
+    def unsure_functions(self, item: SceneObject) -> list[str]:
+        """Return the functions of which an object's scores leave open whether it has them."""
+        scores = {name: one.score for name, one in item.functions.items()}
+        return [name for name, (low, high) in self.unsure_ranges.items() if low < scores[name] < high]
 
     def box_in_scan(self, box: Box) -> Box:
         """Return a box of the level frame in the scan's frame; it is exact only if that is level too."""

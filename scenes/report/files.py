@@ -117,7 +117,7 @@ def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
     """Return a table of some objects, in the order of their ids."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
-        [str(item.id), item.main_function or "none"]
+        [str(item.id), (item.main_function or "none") + ", unsure" * bool(room.doubts(item))]
         + [score_text(room, item, name) for name in item.functions]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
         for item in sorted(objects, key=lambda item: item.id)

@@ -55,7 +55,8 @@ def verdicts_of(blocks: dict[str, np.ndarray], parts: list[tuple[str, dict[str, 
     recognised = []
     for held, scores in parts:
         own, functions = names == held, frozenset(name for name, score in scores.items() if score > 0.5)
-        recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own))
+        unsure = frozenset(name for name in functions if scores[name] < 0.95)
+        recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own, unsure=unsure))
     return match_objects(truth, recognised)
 
 
@@ -84,6 +85,14 @@ def test_what_is_seen_counts_and_the_rest_is_counted_apart():
     asked = {"found": 2, "false": 1, "back found": 1, "disputed": 1, "uncounted": 1}
     assert score_of(verdicts_of(blocks, every, truth)) == Score(asked)
     assert score_of(verdicts_of(blocks, [], truth)) == Score({"missed": 2, "back missed": 1, "uncounted": 2})
+
+
+def test_sure_claims_are_counted_as_well():
+    blocks = {name: cube(3 * k) for k, name in enumerate(["mug", "jug", "nothing", "void"])}
+    truth = [target(name, blocks[name]) for name in ("mug", "jug")]
+    claims = [("mug", {"cup": 0.97}), ("jug", {"cup": 0.9}), ("nothing", {"cup": 0.99}), ("void", {"cup": 0.6})]
+    row = score_row(score_of(verdicts_of(blocks, claims, truth)))
+    assert (row["true_claims"], row["claims"]) == (2, 4) and (row["true_sure_claims"], row["sure_claims"]) == (1, 2)
 
 
 def test_what_was_inferred_is_true_where_a_seat_is():

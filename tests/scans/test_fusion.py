@@ -102,6 +102,10 @@ def test_objects_keep_their_ids_as_the_map_grows(images):
     after = {item.id: item for item in fused(images[2:], fusion).objects()}
     table = next(item for item in before.values() if "table" in item.functions)
     assert "table" in after[table.id].functions
+    for item in after.values():
+        seen = fusion.room.objects[item.label]
+        doubts = fusion.room.doubts(seen)
+        assert (item.unsure, item.reasons) == (bool(doubts), (*fusion.room.reasons(seen), *doubts))
     assert np.linalg.norm(after[table.id].box.center - table.box.center) < 0.05  # a few voxels
     assert after[table.id].seen == 3 and after[table.id].moved is None
 

@@ -14,6 +14,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import Membership
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, Screening
@@ -23,10 +24,11 @@ from spherefunc_bullet.scenes.recognition.judging import (
     classify_proposals,
     settle_parts,
     surroundings_for,
+    unsure_ranges,
 )
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
 from spherefunc_bullet.scenes.recognition.recognition import scene_object
-from spherefunc_bullet.scenes.recognition.room import SCREENED, THRESHOLDS, Room
+from spherefunc_bullet.scenes.recognition.room import SCREENED, THRESHOLDS, UNSURE_RANGE, Room
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -121,6 +123,13 @@ def test_no_sphere_falls_where_surroundings_rule_out_all_functions(learnt, monke
     item = scene_object(0, ROOM, answer)
     reasons = Room(levelling=None, labels=None, objects=[item], thresholds=THRESHOLDS).reasons(item)
     assert (reasons == [SCREENED]) == screened
+
+
+def test_scores_in_scans_have_a_range_of_their_own_that_is_unsure(learnt, monkeypatch):
+    assert unsure_ranges(learnt) == dict.fromkeys(learnt.functions_, UNSURE_RANGE)
+    monkeypatch.setattr(learnt, "scene_forests_", None)
+    assert unsure_ranges(learnt) == {name: learnt.unsure_range(name) for name in learnt.functions_}
+    assert unsure_ranges(CubeClassifier()) == {}
 
 
 def test_a_model_keeps_its_screening(learnt, monkeypatch, tmp_path: Path):

@@ -85,6 +85,16 @@ def test_the_bar_of_each_function_stands_beside_its_score():
     assert "0.60 (0.55)" in page and "0.10 (0.40)" in page and "0.10 (0.50)" in page
 
 
+def test_a_score_that_leaves_it_open_is_unsure():
+    scan, room = crowded()
+    assert not any(row["unsure"] for row in room_json(scan, room)["objects"])  # no range is known
+    room = replace(room, unsure_ranges={"cup": (0.2, 0.65), "sittable": (0.2, 0.65)})
+    rows, page = room_json(scan, room)["objects"], room_page(scan, room)
+    assert [row["unsure"] for row in rows] == [True] * 5 + [False] * 7  # 0.60, 0.61, ...
+    assert rows[3]["reasons"][-1] == "cup is uncertain: its score 0.63 is between 0.20 and 0.65"
+    assert page.count("<td>cup, unsure</td>") == 5 and page.count("<td>cup</td>") == 7
+
+
 def test_objects_without_a_function_are_folded():
     scan, room = crowded()
     empty = {name: replace(one, member=False) for name, one in room.objects[0].functions.items()}

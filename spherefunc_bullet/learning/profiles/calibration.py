@@ -117,6 +117,12 @@ def held_out_splits(members: np.ndarray, copy_groups: CopyGroups, random_state: 
     return splits.split(members, members, copy_groups.groups)
 
 
+def uncertainty(name: str, score: float, between: ScoreRange) -> str:
+    """Return the sentence that a function is uncertain, since its score is in a range."""
+    low, high = between
+    return f"{name} is uncertain: its score {score:.2f} is between {low:.2f} and {high:.2f}"
+
+
 def unsure_range(scores: np.ndarray, members: np.ndarray, weights: np.ndarray | None = None) -> ScoreRange:
     """Return the range of scores in which a function is unsure, from held-out scores (N,) and members (N,) bool.
 

@@ -12,7 +12,7 @@ from ...clouds.cloud import Cloud
 from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, Drops, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
-from .calibration import DEFAULT_UNSURE_RANGE, Calibration, CopyGroups, ScoreRange, calibrated
+from .calibration import DEFAULT_UNSURE_RANGE, Calibration, CopyGroups, ScoreRange, calibrated, uncertainty
 from .forest import Forest, ForestBatch, SceneForests, forest_batch
 from .quantities import NAMES, Ranks, profiles_over
 
@@ -162,10 +162,10 @@ class ProfileModel(FunctionModel):
     def doubts(self, reading: Reading) -> list[str]:
         """Return why the answer is unsure, each a sentence; none where it is sure."""
         found = [
-            f"{name} is uncertain: its score {score:.2f} is between {low:.2f} and {high:.2f}"
+            uncertainty(name, score, between)
             for name, score in zip(self.functions_, reading.rounded, strict=True)
-            for low, high in [self.unsure_range(name)]
-            if low < score < high
+            for between in [self.unsure_range(name)]
+            if between[0] < score < between[1]
         ]
         stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
         dropped = sum(len(reading.drops.get(radius, ())) for radius in self.radii)
