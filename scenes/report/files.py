@@ -64,7 +64,12 @@ def room_data(scan: Scan, room: Room) -> dict[str, object]:
     names = room.function_names
     area = np.prod(np.sort(high - low)[1:])
     boxes = [
-        {"function": name, "score": item.functions[name].score, "corners": rounded(item.box.corners)}
+        {
+            "function": name,
+            "score": item.functions[name].score,
+            "unsure": bool(room.doubts(item)),
+            "corners": rounded(item.box.corners),
+        }
         for item in room.objects
         if (name := item.main_function) is not None
     ]
@@ -110,7 +115,11 @@ def thresholds_text(room: Room) -> str:
     else:
         values = "; ".join(f"{text} of {PROPOSED.get(by, by)}" for by, text in texts.items())
     text = f"A score counts as yes if it is above the threshold of its function, in brackets: {values}."
-    return text if room.thresholds is None else f"{text} {WHY_LOW}"
+    sentences = [text, *([] if room.thresholds is None else [WHY_LOW])]
+    for low, high in sorted(set(room.unsure_ranges.values())):
+        names = " or ".join(name for name, between in room.unsure_ranges.items() if between == (low, high))
+        sentences.append(f"An answer whose score for {names} is between {low:.2f} and {high:.2f} is unsure (?).")
+    return " ".join(sentences)
 
 
 def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:

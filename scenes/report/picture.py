@@ -157,12 +157,12 @@ def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int
 
 
 def marks_of(room: Room) -> list[BoxMark]:
-    """Return the boxes of the objects that have a function, each with its name and score."""
+    """Return the boxes of the objects that have a function, each with name and score, and "?" if it is unsure."""
     return [
         BoxMark(
             corners=item.box.corners,
             colour=function_colour(name, item.functions),
-            text=f"{name} {item.functions[name].score:.2f}",
+            text=f"{name} {item.functions[name].score:.2f}" + " ?" * bool(room.doubts(item)),
         )
         for item in room.objects
         if (name := item.main_function) is not None

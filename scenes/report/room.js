@@ -96,7 +96,7 @@ function drawNames(item, paper, { view, projection }, width, height, scale) {
   const shown = item.boxes.filter((each) => item.state[each.function]);
   const tops = shown.map((each) => {
     const middle = [0, 1, 2].map((i) => each.corners.slice(4).reduce((sum, corner) => sum + corner[i] / 4, 0));
-    const text = `${each.function} ${each.score.toFixed(2)}`;
+    const text = `${each.function} ${each.score.toFixed(2)}${each.unsure ? " ?" : ""}`;
     const at = placed(middle);
     return { each, text, ...at, top: at.y, half: paper.measureText(text).width / 2 + 4 * scale };
   });
