@@ -1,12 +1,9 @@
-"""Outlines: the bounding box and convex hull of points, and the free borders and sharp edges of a mesh."""
+"""Outlines: the bounding box of points, and the free borders and sharp edges of a mesh."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..processes.compilation import lean_njit
-
-_STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are collinear up to rounding
 _INSIDE = 1e-6  # square metres between a side and a point well inside; rounding errors are smaller
 _FLAT = np.cos(np.radians(30.0))  # two faces at a smaller angle belong to one smooth surface
 
@@ -18,81 +15,17 @@ def corners_of(points: np.ndarray) -> np.ndarray:
 
 def well_within(points: np.ndarray) -> np.ndarray:
     """Return which points (N, 2) lie inside the octagon of the extreme ones, (N,) bool (Akl and Toussaint, 1978)."""
-    within = np.ones(len(points), np.bool_)
-    find_within(np.ascontiguousarray(points), np.full(8, -np.inf), np.zeros(8, np.int64), within)
-    return within
-
-
-@lean_njit(cache=True, error_model="numpy")
-def find_within(points, most, ends, within):
-    """Unmark the points (N, 2) that are not well within the octagon of the extreme ones.
-
-    Parameters
-    ----------
-    most, ends : (8,) float64, -inf, and (8,) int64, 0
-        Receive how far points extend in eight directions, and which do.
-    within : (N,) bool, True
-    """
-    for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        for turn, value in enumerate((x, x + y, y, y - x, -x, -x - y, -y, x - y)):
-            if value > most[turn]:
-                most[turn], ends[turn] = value, i
-    for turn in range(8):
-        a, b = ends[turn], ends[(turn + 1) % 8]
-        within[a] = False
+    x, y = np.ascontiguousarray(points.T)
+    turning = (x, x + y, y, y - x)  # four of the eight directions; the others are their opposites
+    ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
+    within, area, other = np.ones(len(points), bool), np.empty_like(x), np.empty_like(x)  # new memory would be slow
+    for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
         if a != b:
-            for i in range(len(points)):
-                within[i] &= cross(points, a, b, i) > _INSIDE
-
-
-def convex_outline(points: np.ndarray, slack: float = _STRAIGHT) -> np.ndarray:
-    """Return the corners (K, 2) of the convex hull of points (N, 2), counterclockwise; fewer than 3 for a line.
-
-    SciPy's hull has the same corners, but loading it takes longer than most classifications.
-
-    Parameters
-    ----------
-    points : (N, 2) float64, metres
-    slack : float
-        Twice the area, in square metres, of a triangle whose corners count as collinear.
-    """
-    outer = points[~well_within(points)]
-    outer = outer[np.lexsort((outer[:, 1], outer[:, 0]))]
-    outer = outer[np.append(True, (outer[1:] != outer[:-1]).any(axis=1))]
-    return outer[chain(outer, np.arange(len(outer)), slack)]
-
-
-def chain(points: np.ndarray, order: np.ndarray, slack: float = 0.0) -> np.ndarray:
-    """Return the corners (K,) int64 of the convex hull of points (N, 2), given their order by x and then y.
-
-    They are counterclockwise, from the first point on (Andrew's monotone chain, 1979).
-    """
-    hull = np.empty(2 * len(order) + 2, np.int64)
-    return hull[: walk_around(np.ascontiguousarray(points), order, slack, hull)]
-
-
-@lean_njit(cache=True, error_model="numpy")
-def walk_around(points, order, slack, hull):
-    """Write the corners of a hull, and return their number; see `chain`."""
-    k = 0
-    for turn in range(2):
-        floor = k + 1
-        for step in range(len(order)):
-            i = order[step if turn == 0 else len(order) - 1 - step]
-            while k > floor and cross(points, hull[k - 2], hull[k - 1], i) <= slack:
-                k -= 1
-            hull[k] = i
-            k += 1
-        k -= 1  # the other chain starts where this one ends
-    return max(k, 1)
-
-
-@lean_njit(cache=True, error_model="numpy")
-def cross(points, a, b, c):
-    """Return twice the area of a triangle of three of the points (N, 2), negative if it is clockwise."""
-    ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    return ux * (points[c, 1] - points[a, 1]) - uy * (points[c, 0] - points[a, 0])
+            np.multiply(np.subtract(y, y[a], out=area), x[b] - x[a], out=area)
+            np.multiply(np.subtract(x, x[a], out=other), y[b] - y[a], out=other)
+            within &= np.subtract(area, other, out=area) > _INSIDE
+    within[ends] = False  # also where all are one point
+    return within
 
 
 def merge_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

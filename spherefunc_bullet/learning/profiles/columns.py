@@ -13,9 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from ...clouds.cloud import Cloud
-from ...clouds.outline import convex_outline
+from ...clouds.outline import well_within
 from ...settling.drops import DropsByRadius
 
+_MANY = 60  # points; with fewer, it is not worth finding those within the others
 OVERLAP = 1.5  # radii: spheres whose axes are nearer are above one another; side by side they are two radii apart
 
 
@@ -54,7 +55,30 @@ class Outline:
 
 def outline_of(points: np.ndarray, radius: float) -> Outline:
     """Return the convex outline of at least one centre (N, 2), metres."""
-    return Outline(corners=convex_outline(points, slack=0.0), radius=radius)
+    outer = points if len(points) < _MANY else points[~well_within(points)]
+    ordered = outer[np.lexsort((outer[:, 1], outer[:, 0]))]
+    ordered = ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
+    if len(ordered) > 1:
+        back = ordered[::-1]
+        ordered = np.concatenate([ordered[half_hull(ordered)[:-1]], back[half_hull(back)[:-1]]])
+    return Outline(corners=ordered, radius=radius)
+
+
+def half_hull(ordered: np.ndarray) -> list[int]:
+    """Return the indices of the points on one half of the convex hull of ordered points (N, 2) (Andrew, 1979).
+
+    In plain Python: for a few hundred points that takes less time than loading a compiled kernel.
+    """
+    x, y = ordered.T.tolist()
+    chain: list[int] = []
+    for i in range(len(x)):
+        while len(chain) > 1:
+            a, b = chain[-2:]
+            if (x[b] - x[a]) * (y[i] - y[a]) - (y[b] - y[a]) * (x[i] - x[a]) > 0:
+                break
+            chain.pop()
+        chain.append(i)
+    return chain
 
 
 def edges_of(corners: np.ndarray) -> np.ndarray:
