@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining
 from spherefunc_bullet.simulator import DropResult, DropSettings, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
@@ -18,7 +18,7 @@ SHORT = 100  # drops: a shorter run is stored with the cloud, since it may be co
 
 
 @dataclass(frozen=True, kw_only=True)
-class FastSimulator:
+class FastSimulator(CheckedSettings):
     """Rolls spheres over a point cloud, one at a time, without forces or time.
 
     A cloud needs no mesh, no normals and no order. Cost: a few microseconds per sphere. A run without a limit of drops
@@ -27,13 +27,14 @@ class FastSimulator:
 
     name = "fast"
     version = VERSION
-    cores: int = 1  # for the drops on a large object; the result is the same, bit for bit, for any number
+    # For the drops on a large object; the result is the same, bit for bit, for any number.
+    cores: int = amount(1, least=1, most=os.cpu_count() or 1)
     as_drawn: bool = False  # drop one sphere after another, as in the paper, also on large objects
-    flat_angle_deg: float = 5.0  # steepest slope that counts as flat: more than sampling noise, less than a ramp
+    flat_angle_deg: float = amount(5.0, most=90)  # steepest slope that counts as flat: more than noise, less than ramps
 
     def __post_init__(self):
-        if not 1 <= self.cores <= (os.cpu_count() or 1):
-            raise InputError(f"backend 'fast': cores: expected 1 to {os.cpu_count()}, got {self.cores}")
+        with explaining("backend 'fast'", InputError, why=": "):
+            super().__post_init__()
 
     def options(self) -> dict:
         """Return the options that differ from their defaults, by name (see `Simulator.options`)."""

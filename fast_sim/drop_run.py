@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import PITCH, Cloud
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, generator_of
 
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
@@ -75,7 +75,7 @@ class DropRun:
             self.strips = Strips(self.spheres, settings.radius, scratch)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
-        self.generator = np.random.default_rng(seed)
+        self.generator = generator_of(seed)
         self.waiting = np.empty((0, 2))  # columns that are drawn but not used yet
         self.columns: list[np.ndarray] = []
         self.outcomes: list[np.ndarray] = []

@@ -17,7 +17,7 @@ from .errors import InputError, one_line
 
 _shown: list[str] = []  # the progress bar on the terminal, at most one
 # Arguments that errors of the library name as in Python; on the command line they are options, see `as_options`.
-_ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale")
+_ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale", "intrinsics", "color")
 _ARGUMENT = re.compile(rf'\b({"|".join(_ARGUMENTS)})=(?:"([^"]*)"|(?=[\s,;.:)]|$))')
 # Characters that control terminals or cannot be shown: control characters except tab and line break, marks that change
 # the direction of writing, and bytes in the name of a file that are not text.

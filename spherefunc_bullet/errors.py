@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import field, fields
+from numbers import Integral, Real
 from typing import Any
 
 
@@ -76,6 +79,52 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
     for name in names:
         if name not in expected:
             raise InputError(f"{what} {name!r}: expected some of {', '.join(expected)}")
+
+
+def amount(default: Any, **limits: float) -> Any:
+    """Return a dataclass field for a setting with its range, see `require_amount`; None is allowed as a default."""
+    return field(default=default, metadata={"limits": limits})
+
+
+class CheckedSettings:
+    """Settings that raise InputError for values outside the range of a field, see `amount`; one of int is whole."""
+
+    def __post_init__(self):
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if "limits" in setting.metadata and value is not setting.default:
+                whole = str(setting.type).startswith("int")
+                require_amount(setting.name, value, whole=whole, **setting.metadata["limits"])
+
+
+def require_amount(
+    name: str,
+    value: float,
+    *,
+    above: float | None = None,
+    least: float = 0.0,
+    most: float = math.inf,
+    whole: bool = False,
+    finite: bool = True,
+):
+    """Raise InputError unless a setting is a number in its range.
+
+    Examples
+    --------
+    >>> require_amount("drops", 2.5, least=1, whole=True)
+    Traceback (most recent call last):
+    ...
+    spherefunc_bullet.errors.InputError: drops: expected a whole number of at least 1, got 2.5
+    """
+    right = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
+    if right and (value >= least if above is None else value > above) and value <= most:
+        if not finite or abs(value) != math.inf:
+            return
+    bounds = [f"more than {above:g}"] if above is not None else [f"at least {least:g}"] if least > -math.inf else []
+    bounds += [f"at most {most:g}"] if most < math.inf else []
+    kind = "a whole number" if whole else "a finite number" if finite else "a number"
+    limits = " of ".join(filter(None, ["" if right and bounds else kind, " and ".join(bounds)]))
+    raise InputError(f"{name}: expected {limits}, got {one_line(repr(value)):.200}")
 
 
 def one_line(value: object) -> str:

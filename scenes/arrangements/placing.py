@@ -12,7 +12,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.clouds.preparation import headed, turned
-from spherefunc_bullet.errors import InputError, explaining
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining
 
 from .surfaces import WorldSurface, surface_of
 
@@ -20,20 +20,13 @@ WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
+class Placement(CheckedSettings):
     """Where the middle of an object's footprint goes, and at which height its foot."""
 
-    x: float = 0.0  # metres
-    y: float = 0.0
-    z: float | None = None  # metres above the ground; None: lowered from above until something carries it
-    heading_deg: float = 0.0  # counterclockwise about the vertical
-
-    def __post_init__(self):
-        given = [self.x, self.y, self.heading_deg, 0.0 if self.z is None else self.z]
-        if not all(math.isfinite(number) for number in given):
-            raise InputError(f"placement: expected finite metres and degrees, got {given}")
-        if self.z is not None and self.z < 0:
-            raise InputError(f"placement: expected a height of at least 0 m, the ground's, got {self.z:g}")
+    x: float = amount(0.0, least=-math.inf)  # metres
+    y: float = amount(0.0, least=-math.inf)
+    z: float | None = amount(None)  # metres above the ground; None: lowered from above until something carries it
+    heading_deg: float = amount(0.0, least=-math.inf)  # counterclockwise about the vertical
 
 
 def parse_placed(text: str) -> tuple[Path, Placement]:

@@ -14,7 +14,7 @@ import numpy as np
 from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
-from spherefunc_bullet.errors import InputError, warn_renamed
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, warn_renamed
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
@@ -78,12 +78,12 @@ SHOWN = 0.4  # of the box around all objects, that the spheres of the common dro
 
 
 @dataclass(frozen=True, kw_only=True)
-class TogetherSettings:
+class TogetherSettings(CheckedSettings):
     """How spheres are dropped on several objects."""
 
-    radius: float | None = None  # metres; None: as the objects are large
-    drops: int = 1000  # over each object's box, alone and together, from which areas are measured
-    seed: int = 0
+    radius: float | None = amount(None, above=0.0)  # metres; None: as the objects are large
+    drops: int = amount(1000, least=1)  # over each object's box, alone and together, from which areas are measured
+    seed: int = amount(0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

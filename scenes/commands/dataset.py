@@ -242,7 +242,9 @@ def _extents(path: Path) -> list[float]:
     import trimesh
 
     from spherefunc_bullet.errors import explaining
+    from spherefunc_bullet.formats.files import require_file
 
+    require_file(path)
     # Damaged files make the readers raise exceptions of any kind.
     with explaining(f"{path}: expected a mesh or a cloud", Exception, why="; "):
         low, high = trimesh.load(path, process=False).bounds

@@ -15,8 +15,9 @@ from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_leng
 from ..settings import POOL, RECOGNITION
 
 if TYPE_CHECKING:
+    from spherefunc_bullet.clouds.cloud import Cloud
     from spherefunc_bullet.function_model import FunctionModel
-    from spherefunc_bullet.places.place import Place
+    from spherefunc_bullet.places.place import Place, Similarity
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
@@ -79,12 +80,14 @@ def scene(
 ):
     """Find and label the objects in a scanned room."""
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+    from spherefunc_bullet.places.finding import cloud_and_frame
 
     from ..fusion.frames import open_frames
     from ..fusion.scene_fusion import SceneFusion
     from ..recognition.completion import steps_of
     from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
+    from ..report.files import room_json
     from ..segmentation.segmentation import Segmentation
     from .scene_frames import EVERY, require_frames_alone, require_outputs, scene_of_frames, write_files
 
@@ -115,7 +118,8 @@ def scene(
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    require_source(file, units, put, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
+    require_source(file, units, intrinsics=intrinsics, color=color, depth_scale=depth_scale)
+    to_put = None if put is None else cloud_and_frame(put)
     bag = bag_scan(file, topic, time)
     scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
     up = "z" if up == "auto" and scan.level_frame is not None else up
@@ -127,13 +131,12 @@ def scene(
 
         room = recognise_as_paper(scan, classifier, up=up, settings=settings)
     say_remarks(scan, room)
-    used = places_in(scan, room, put) if places or put is not None else None
+    used = places_in(scan, room, to_put) if places or to_put is not None else None
+    about = room_json(scan, room, used)
     if out is not None:
-        write_files(scan, room, out, stem, used)
+        write_files(scan, room, out, stem, about)
     if json:
-        from ..report.files import room_json
-
-        print_json(room_json(scan, room, used) | {"file": str(file)})
+        print_json(about | {"file": str(file)})
     else:
         print_room(scan, room)
         print_used(scan, used or {})
@@ -167,21 +170,15 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
     return None
 
 
-def require_source(file: Path, units: str, put: Path | None, images: dict[str, object]):
-    """Raise InputError for options that do not go with the file, and for an object to put down that cannot be read."""
-    from spherefunc_bullet.clouds.cloud import load_cloud
-
+def require_source(file: Path, units: str, **images: object):
+    """Raise InputError for options that do not go with the file."""
     from ..ros.bag import is_bag
-    from ..scans.depth_image import IMAGES
+    from ..scans.depth_image import IMAGES, require_depth_image
 
     image, bag = file.suffix.lower() in IMAGES, is_bag(file)
-    for option, value in images.items():
-        if value is not None and not image:
-            raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {file.name}")
+    require_depth_image(image, file.name, **images)
     if units != "auto" and (image or bag):
         raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")
-    if put is not None:
-        load_cloud(put)
 
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
@@ -191,8 +188,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
 
     if file.suffix.lower() not in IMAGES:
         return load_scan(file, units=units, report=say)
-    scale = 1000.0 if depth_scale is None else depth_scale
-    return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=scale, report=say)
+    return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
 
 
 def warm_up_recognition(classifier: FunctionModel):
@@ -223,7 +219,7 @@ def say_remarks(scan: Scan, room: Room):
         say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
 
 
-def places_in(scan: Scan, room: Room, put: Path | None) -> dict[int | None, list[Place]]:
+def places_in(scan: Scan, room: Room, put: tuple[Cloud, Similarity] | None) -> dict[int | None, list[Place]]:
     """Return the places of each object of a room; the time is added to the room's stages."""
     from ..recognition.objects import places_in_room
 

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
     from ..recognition.room import Room
-    from ..report.files import Used
     from ..scans.scan import Scan
 
 
@@ -50,30 +49,24 @@ def scene_of_frames(
     remarks: Callable[[Scan, Room], None],
 ):
     """Fuse the images of a folder, write and print the objects, and exit with code 2 if an image was left out."""
-    from ..report.files import room_json
-
     failures = Failures()
     objects = fuse(fusion, source, every, failures)
-    scan, room = fusion.scan, fusion.room
-    remarks(scan, room)
+    remarks(fusion.scan, fusion.room)
+    about = fused_json(fusion, source, objects) | {"file": str(folder)}
     if out is not None:
-        write_files(scan, room, out, folder.resolve().name)
+        write_files(fusion.scan, fusion.room, out, folder.resolve().name, about)
     if json:
-        whole = room_json(scan, room) | {"file": str(folder)} | fused_json(fusion, source)
-        for row, item in zip(whole["objects"], objects, strict=True):
-            moved = None if item.moved is None else item.moved.round(4).tolist()
-            row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
-        print_json(whole)
+        print_json(about)
     else:
         print_fused(fusion, objects)
     failures.exit()
 
 
-def write_files(scan: Scan, room: Room, out: Path, stem: str, places: Used | None = None):
-    """Write the files of a room, and print their paths."""
+def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, object]):
+    """Write the files of a room with its JSON, and print their paths."""
     from ..report.files import write_room
 
-    for path in write_room(scan, room, out, stem, places):
+    for path in write_room(scan, room, out, stem, about):
         say(f"wrote {path}")
 
 
@@ -100,9 +93,15 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
     return fusion.objects()
 
 
-def fused_json(fusion: SceneFusion, source: Frames) -> dict[str, object]:
-    """Return the JSON fields that `room_json` lacks: images, the source of poses, and objects that are gone."""
-    return {
+def fused_json(fusion: SceneFusion, source: Frames, objects: list[FusedObject]) -> dict[str, object]:
+    """Return a fused room for JSON: what `room_json` returns, and ids, images, poses, and objects that are gone."""
+    from ..report.files import room_json
+
+    whole = room_json(fusion.scan, fusion.room)
+    for row, item in zip(whole["objects"], objects, strict=True):
+        moved = None if item.moved is None else item.moved.round(4).tolist()
+        row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
+    return whole | {
         "frames": {"fused": len(fusion.views), "left_out": len(source.frames) - len(fusion.views)},
         "poses": "given" if source.posed else "odometry",
         "gone": [

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError, explaining, one_line
+from spherefunc_bullet.errors import InputError, explaining, one_line, require_amount
 from spherefunc_bullet.formats.files import require_file
 
-from ..scans.depth_image import Intrinsics, camera_of_matrix, kinect_like, read_depth, read_intrinsics
+from ..scans.depth_image import SCALE, Intrinsics, camera_of_matrix, kinect_like, read_depth, read_intrinsics
 from ..scans.scan import Report
 
-TUM_SCALE, SCALE = 5000.0, 1000.0  # depth values per metre: of TUM's data sets, and of all others
+TUM_SCALE = 5000.0  # depth values per metre of TUM's data sets; of all others `SCALE`
 NEAR_IN_TIME = 0.02  # seconds between a depth image and its pose, as in TUM's own association
 UNSEEN = 65_535  # of 16 bits: 7-Scenes' and 3DMatch's mark of pixels without a measurement
 _DEPTH_PNG, _POSE_TXT = ".depth.png", ".pose.txt"
@@ -101,8 +101,8 @@ def open_frames(
     """
     if not folder.is_dir():
         raise InputError(f"{one_line(folder)}: expected a folder of depth images, found none; check the path")
-    if depth_scale is not None and not (np.isfinite(depth_scale) and depth_scale > 0):
-        raise InputError(f"--depth-scale {depth_scale:g}: expected more than zero depth values per metre")
+    if depth_scale is not None:
+        require_amount("depth_scale=", depth_scale, above=0.0)
     report, named = report or (lambda line: None), one_line(folder.name)
     timed = timed_images(folder)
     paths = list(timed.values()) if timed else images_in(folder)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import CheckedSettings, amount
 
 from ..scans.depth_image import Intrinsics
 
@@ -82,21 +82,15 @@ AROUND = 0.04  # metres around an object's points that are forgotten with it
 
 
 @dataclass(frozen=True, kw_only=True)
-class FusionSettings:
+class FusionSettings(CheckedSettings):
     """How depth images are fused."""
 
-    voxel_size: float = 0.01  # metres
-    truncation: float = 4.0  # voxels on both sides of a surface that hold its distance
-    farthest: float = 5.0  # metres: larger depth is left out
-    smoothing: int = 9  # pixels across which each depth image is smoothed within its noise; 1: no smoothing
-    least_weight: float = 0.5  # a surface has to be seen in more images than this
-
-    def __post_init__(self):
-        if not 0.002 <= self.voxel_size <= 0.1:
-            raise InputError(f"voxel_size: expected between 2 mm and 10 cm, got {self.voxel_size:g} m")
-        for name in ("truncation", "farthest", "smoothing"):
-            if not getattr(self, name) >= 1:
-                raise InputError(f"{name}: expected 1 or more, got {getattr(self, name):g}")
+    voxel_size: float = amount(0.01, least=0.002, most=0.1)  # metres
+    truncation: float = amount(4.0, least=1)  # voxels on both sides of a surface that hold its distance
+    farthest: float = amount(5.0, least=1, finite=False)  # metres: larger depth is left out
+    # Pixels across which each depth image is smoothed within its noise; 1: no smoothing.
+    smoothing: int = amount(9, least=1)
+    least_weight: float = amount(0.5)  # a surface has to be seen in more images than this
 
 
 class DistanceGrid:

@@ -17,7 +17,7 @@ from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
-from ..scans.depth_image import Intrinsics, checked_camera
+from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_depth
 from ..scans.scan import Scan, scan_from_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
@@ -219,9 +219,7 @@ def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarra
 
 def checked_depth(depth: ArrayLike, name: str) -> np.ndarray:
     """Return a depth image (H, W) float64, metres, NaN where nothing was measured."""
-    depth = np.asarray(depth)
-    if depth.ndim != 2 or depth.dtype.kind not in "iuf":
-        raise InputError(f"{name}: expected a depth image (height, width) of numbers, got shape {depth.shape}")
+    depth = require_depth(depth, name)
     depth = np.where(np.isfinite(depth) & (depth > 0), depth, np.nan).astype(np.float64)
     if not np.isfinite(depth).any():
         raise InputError(f"{name}: expected depth in metres, got an image without any")
@@ -230,11 +228,11 @@ def checked_depth(depth: ArrayLike, name: str) -> np.ndarray:
 
 def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:
     """Return a pose T_world_camera (4, 4) float64."""
-    T = np.asarray(pose, float)
-    if T.shape != (4, 4):
-        raise InputError(f"{name}: expected a pose (4, 4), got shape {T.shape}")
+    T = matrix_of(pose, (4, 4), f"{name}: expected a pose (4, 4)")
     if not np.isfinite(T).all():
         raise InputError(f"{name}: expected a pose of finite numbers, got NaN or infinity; was tracking lost there?")
     if np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(T[:3, :3]) < 0:
         raise InputError(f"{name}: expected a rotation and a translation as pose, got other axes")
+    if np.abs(T[3] - [0, 0, 0, 1]).max() > _ORTHONORMAL:
+        raise InputError(f"{name}: expected 0 0 0 1 as the last row of a pose, got {T[3]}; is it transposed?")
     return T

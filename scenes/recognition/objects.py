@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.places.finding import cloud_and_frame, places_of, proven
@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import require_ability
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from ..scans.depth_image import IMAGES, Intrinsics, load_depth_image
+from ..scans.depth_image import IMAGES, Intrinsics, load_depth_image, require_depth_image
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
@@ -68,7 +68,7 @@ def find_objects(
     settings: Segmentation | None = None,
     intrinsics: str | Path | Intrinsics | ArrayLike | None = None,
     color: str | Path | None = None,
-    depth_scale: float = 1000.0,
+    depth_scale: float | None = None,
     inferred: bool = False,
 ) -> list[FoundObject]:
     """Find the objects of a scanned room or table top, and classify each (paper, §IV-C).
@@ -89,8 +89,8 @@ def find_objects(
         The camera of a depth image, which ``scan`` then is: a path (PNG, TIFF, NPY), or an array (H, W).
     color : path, optional
         The colour image of a depth image.
-    depth_scale : float
-        Depth values per metre, for depth images of integers.
+    depth_scale : float, optional
+        Depth values per metre, for depth images of integers; by default 1000.
     inferred : bool
         Whether to append objects that are inferred and not seen, such as a chair pushed under a table.
 
@@ -105,7 +105,10 @@ def find_objects(
         If the scan or the model cannot be used.
     """
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
-    if is_depth_image(scan, intrinsics):
+    is_image = is_depth_image(scan, intrinsics)
+    came = "a scan without intrinsics" if intrinsics is None else one_line(scan)
+    require_depth_image(is_image, came, intrinsics=intrinsics, color=color, depth_scale=depth_scale)
+    if is_image:
         given = (scan, intrinsics, color)
         image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
         whole = load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
@@ -225,6 +228,10 @@ def find_places(
         If an object cannot be used, the backend cannot prove, or a scan's places are to be proven.
     """
     settings = ProofSettings(person=person)
+    if backend is not None and not prove:
+        raise InputError(f"backend={backend!r}: expected with prove=True, since proposals need no simulator")
+    if scan and scores is not None:
+        raise InputError("scores=: expected of one object, got scan=True, of several")
     if scan:
         return places_in_scan(anything, put, prove, person, units, up)
     prover = require_ability(make_simulator(backend or PROVER), "prove") if prove else None
@@ -242,22 +249,22 @@ def places_in_scan(
     anything: Anything, put: Anything | None, prove: bool, person: float, units: str, up: str
 ) -> list[Place]:
     """Return all places of a scan, the best first."""
-    whole = as_scan(anything, units)
+    whole, to_put = as_scan(anything, units), None if put is None else cloud_and_frame(put)
     if prove:
         raise InputError(f"{whole.name}: expected one object to prove places of, got a scan of several")
     room = recognise(whole, inference_model(shipped_model(scans=True), None), up="auto" if up == BY_FILE else up)
-    found = [place for places in places_in_room(whole, room, put, person).values() for place in places]
+    found = [place for places in places_in_room(whole, room, to_put, person).values() for place in places]
     return sorted(found, key=lambda place: -place.score)
 
 
 def places_in_room(
-    scan: Scan, room: Room, put: Anything | None = None, person: float = 1.75
+    scan: Scan, room: Room, put: tuple[Cloud, Similarity] | None = None, person: float = 1.75
 ) -> dict[int | None, list[Place]]:
     """Return the places of each object of a room by its id, and under None those that are on none.
 
-    Poses are relative to the frame of the put object's file, in metres.
+    Poses are relative to the frame of the put object's file, in metres; ``put`` is of `cloud_and_frame`.
     """
-    put_cloud, frame = (None, None) if put is None else cloud_and_frame(put)
+    put_cloud, frame = put or (None, None)
     found = room_places(scan, room, put_cloud, person)
     if frame is None:
         return found

@@ -226,8 +226,8 @@ def room_files(folder: Path, stem: str) -> list[Path]:
     return [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
 
 
-def write_room(scan: Scan, room: Room, folder: Path, stem: str, places: Used | None = None) -> list[Path]:
-    """Write the files of a room, `room_files`, to a folder, and return their paths.
+def write_room(scan: Scan, room: Room, folder: Path, stem: str, about: dict[str, object]) -> list[Path]:
+    """Write the files of a room, `room_files`, to a folder, and return their paths; ``about`` is its JSON.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def write_room(scan: Scan, room: Room, folder: Path, stem: str, places: Used | N
     from .picture import room_picture
 
     paths = room_files(folder, stem)
-    write_text(paths[0], json.dumps(room_json(scan, room, places), indent=2) + "\n")
+    write_text(paths[0], json.dumps(about, indent=2) + "\n")
     write_bytes(paths[1], labelled_ply(scan, room))
     with writing(paths[2]):
         room_picture(scan, room).save(paths[2])

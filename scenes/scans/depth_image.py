@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+import math
+from dataclasses import MISSING, dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError, explaining, one_line
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining, one_line, require_amount
 from spherefunc_bullet.formats.files import require_file
 
 from ..settings import SCAN
 from .cells import NEIGHBORS, cells, crowded
 from .scan import Report, Scan, scan_from_points
 
+SCALE = 1000.0  # depth values per metre
 IMAGES = (".png", ".tif", ".tiff", ".npy")
 _DAMAGE = (OSError, ValueError, EOFError, SyntaxError)  # what readers of images raise
 
 
 @dataclass(frozen=True, kw_only=True)
-class Intrinsics:
+class Intrinsics(CheckedSettings):
     """A pinhole camera."""
 
-    width: int
-    height: int
-    fx: float  # pixels
-    fy: float
-    cx: float
-    cy: float
+    width: int = amount(MISSING, least=1)
+    height: int = amount(MISSING, least=1)
+    fx: float = amount(MISSING, above=0.0)  # pixels
+    fy: float = amount(MISSING, above=0.0)
+    cx: float = amount(MISSING, least=-math.inf)  # outside the image if that was cut out of a larger one
+    cy: float = amount(MISSING, least=-math.inf)
 
     def rays(self) -> np.ndarray:
         """Return the point (H, W, 3) at depth one that each pixel sees."""
@@ -66,11 +68,12 @@ def camera_of_matrix(K: np.ndarray, size: tuple[int, int], name: str) -> Intrins
     Raises
     ------
     InputError
-        If it has no focal length, in a line that begins with the name.
+        If it is no camera matrix, in a line that begins with the name.
     """
-    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
-        raise InputError(f"{name}: expected focal lengths above zero, got {K[0, 0]:g} and {K[1, 1]:g}")
-    return Intrinsics(width=size[0], height=size[1], fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+    if not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
+        raise InputError(f"{name}: expected a camera matrix with rows fx s cx, 0 fy cy, 0 0 1; is it transposed?")
+    with explaining(name, InputError, why=": "):
+        return Intrinsics(width=size[0], height=size[1], fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
 
 
 def kinect_like(width: int, height: int) -> Intrinsics:
@@ -84,7 +87,7 @@ def load_depth_image(
     *,
     intrinsics: Path | Intrinsics | ArrayLike | None = None,
     color: Path | None = None,
-    depth_scale: float = 1000.0,
+    depth_scale: float | None = None,
     report: Report | None = None,
 ) -> Scan:
     """Return the scan of a depth image, in metres, z forward and y down.
@@ -97,8 +100,8 @@ def load_depth_image(
         The camera; without it a first-generation Kinect's is assumed, and that is reported.
     color : Path, optional
         An image of the same size, registered to the depth.
-    depth_scale : float
-        Steps to the metre: 1000 for millimetres, as Open3D's default.
+    depth_scale : float, optional
+        Steps to the metre, of whole numbers; by default 1000 for millimetres, as Open3D's.
     report : callable, optional
         Takes one line of text for each guess.
 
@@ -108,10 +111,8 @@ def load_depth_image(
         If a file cannot be used, or the sizes differ.
     """
     name = one_line(image.name) if isinstance(image, Path) else "depth"
-    if not (np.isfinite(depth_scale) and depth_scale > 0):
-        raise InputError(f'depth_scale="{depth_scale:g}": expected more than zero steps to the metre')
-    depth = read_depth(image) if isinstance(image, Path) else require_depth(np.asarray(image), name)
-    depth = depth / depth_scale if depth.dtype.kind in "iu" else depth.astype(np.float64)
+    depth = read_depth(image) if isinstance(image, Path) else require_depth(image, name)
+    depth = in_metres(depth, depth_scale, name)
     if intrinsics is not None:
         camera = read_intrinsics(intrinsics) if isinstance(intrinsics, Path) else intrinsics
         camera = checked_camera(camera, depth, name)
@@ -127,15 +128,38 @@ def load_depth_image(
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
 
 
+def in_metres(depth: np.ndarray, depth_scale: float | None, name: str) -> np.ndarray:
+    """Return a depth image (H, W) float64 in metres: whole numbers are divided by the scale, others are metres."""
+    if depth_scale is not None:
+        require_amount("depth_scale=", depth_scale, above=0.0)
+        if depth.dtype.kind == "f":
+            raise InputError(f"depth_scale=: expected with a depth image of whole numbers, got metres in {name}")
+    return depth.astype(np.float64) if depth.dtype.kind == "f" else depth / (depth_scale or SCALE)
+
+
+def require_depth_image(is_image: bool, name: str, **options: object):
+    """Raise InputError for options of depth images, where the scan is none."""
+    for option, value in options.items():
+        if value is not None and not is_image:
+            raise InputError(f"{option}=: expected with a depth image ({', '.join(IMAGES)}), got {name}")
+
+
 def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
     """Return the camera of a depth image (H, W)."""
     if not isinstance(intrinsics, Intrinsics):
-        K = np.asarray(intrinsics, float)
-        if K.shape != (3, 3):
-            raise InputError(f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels, got shape {K.shape}")
+        K = matrix_of(intrinsics, (3, 3), f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels")
         intrinsics = camera_of_matrix(K, depth.shape[::-1], name)
     require_same_size(name, (intrinsics.width, intrinsics.height), depth, "a camera")
     return intrinsics
+
+
+def matrix_of(numbers: ArrayLike, shape: tuple[int, int], expected: str) -> np.ndarray:
+    """Return numbers as a matrix, or raise InputError in a line that begins with what is expected."""
+    with explaining(f"{expected}, got {type(numbers).__name__}", TypeError, ValueError):
+        matrix = np.asarray(numbers, float)
+    if matrix.shape != shape:
+        raise InputError(f"{expected}, got shape {matrix.shape}")
+    return matrix
 
 
 def require_same_size(name: str, size: tuple[int, int], depth: np.ndarray, what: str):
@@ -163,8 +187,10 @@ def read_depth(path: Path) -> np.ndarray:
     return require_depth(depth, name)
 
 
-def require_depth(depth: np.ndarray, name: str) -> np.ndarray:
+def require_depth(depth: ArrayLike, name: str) -> np.ndarray:
     """Return a depth image (H, W) of numbers, or raise InputError."""
+    with explaining(f"{name}: expected a depth image (height, width)", ValueError, why="; "):  # rows differ in length
+        depth = np.asarray(depth)
     if depth.ndim != 2 or depth.dtype.kind not in "iuf":
         raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
     return depth

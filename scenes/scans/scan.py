@@ -93,8 +93,9 @@ def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
         if units == "mm":
             report(f"{name}: {extent:.3g} large, so millimetres are assumed; units= sets another unit")
     if not 0.05 <= extent * METRES[units] <= SCAN.largest:
-        came = f"got {extent * METRES[units]:.3g} m"
-        raise InputError(f"{name}: expected a scan between 5 cm and {SCAN.largest:g} m large, {came}; set units=")
+        helps = any(0.05 <= extent * metres <= SCAN.largest for metres in METRES.values())
+        came = f"got {extent * METRES[units]:.3g} m{'; set units=' if helps else ''}"
+        raise InputError(f"{name}: expected a scan between 5 cm and {SCAN.largest:g} m large, {came}")
     return points * METRES[units]
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError
+from ..errors import InputError, amount
 from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
@@ -41,7 +41,8 @@ class BulletSimulator(Physics):
     """
 
     shape: str = "auto"  # one of SHAPES; auto: the mesh of the object, or voxel if there is none or its faces are tiny
-    voxel_size: float | None = None  # metres; default: a third of the radius, not finer than the cloud's resolution
+    # Metres; default: a third of the radius, not finer than the cloud's resolution.
+    voxel_size: float | None = amount(None, above=0.0)
 
     name = "bullet"
     isolate = True  # native code that may crash
@@ -52,8 +53,6 @@ class BulletSimulator(Physics):
         engine_version()
         if self.shape not in SHAPES:
             raise InputError(f"backend 'bullet': shape {self.shape!r}: expected one of {', '.join(SHAPES)}")
-        if self.voxel_size is not None and not self.voxel_size > 0:
-            raise InputError(f"backend 'bullet': voxel_size: expected more than 0 metres, got {self.voxel_size}")
 
     @property
     def version(self) -> str:
@@ -89,8 +88,8 @@ class BulletSimulator(Physics):
         from .dropping import DropRun
         from .world import World
 
-        kind = self.kind_for(cloud, settings.radius)
         require_fitting(cloud, settings.radius)
+        kind = self.kind_for(cloud, settings.radius)
         started = time.perf_counter()
         shape = collision_shape(cloud, settings.radius, kind, self.voxel_size)
         with World(self) as world:

@@ -14,8 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from ..errors import InputError, explaining
-from ..simulator.mechanics import CheckedSettings, amount
+from ..errors import CheckedSettings, InputError, amount, explaining
 
 CLONE_FILES = 0x400  # Linux, sched.h
 CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # Linux, close_range.h; and a number that is no descriptor

@@ -161,20 +161,23 @@ def stray_points(points: np.ndarray, extent: float) -> str:
 
 
 def unit_question(extent: float) -> str:
-    """Return an unlikely size in metres as text, with the unit that would explain it.
+    """Return an unlikely size in metres as text, with the unit that would explain it, if one does.
 
     Examples
     --------
     >>> unit_question(300.0), unit_question(0.0003)
     ('300 m wide; in millimetres? units="mm"', '0.3 mm wide; in metres? units="m"')
+    >>> unit_question(1e200)
+    '1e+200 m wide, which no unit explains'
     """
     if extent == 0:
         return "all points at one place"
-    if extent < LIKELY[0]:
-        return f'{_rounded(extent)} wide; in metres? units="m"'
-    unit = likely_unit(extent)
-    name = {"mm": "in millimetres?", "cm": "in centimetres?", "in": "in inches?"}.get(unit, "is the unit right?")
-    return f'{_rounded(extent)} wide; {name} units="{unit}"'
+    tiny = extent < LIKELY[0]
+    unit = "m" if tiny else likely_unit(extent)
+    if not MIN_EXTENT <= (extent / METRES["mm"] if tiny else extent * METRES[unit]) <= MAX_EXTENT:
+        return f"{_rounded(extent)} wide, which no unit explains"
+    names = {"m": "in metres?" if tiny else "is the unit right?", "mm": "in millimetres?", "cm": "in centimetres?"}
+    return f'{_rounded(extent)} wide; {names.get(unit, "in inches?")} units="{unit}"'
 
 
 def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

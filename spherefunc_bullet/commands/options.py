@@ -91,6 +91,9 @@ def point_to_packages(folders: Sequence[Path] | None):
     """Make this process and its workers search these folders first for the packages of URDF files."""
     from ..formats.scenes.urdf import PACKAGE_PATH
 
+    for folder in folders or ():
+        if not folder.is_dir():
+            raise InputError(f"--package-path {folder}: expected a folder of ROS packages, found none; check the path")
     if folders:
         places = [*(str(folder.absolute()) for folder in folders), os.environ.get(PACKAGE_PATH, "")]
         os.environ[PACKAGE_PATH] = os.pathsep.join(filter(None, places))

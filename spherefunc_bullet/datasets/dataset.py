@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from ..errors import InputError, explaining
+from ..errors import InputError, explaining, one_line
 from .catalogue import built_catalogue, catalogue_entry_points
 
 NONE = "none"
@@ -65,6 +65,8 @@ def open_dataset(data: str | Path) -> Dataset:
     InputError
         If there is neither such a folder nor such a catalogue, or the manifest is not usable.
     """
+    if not isinstance(data, str | Path) or data == "":  # as a path, "" would be the current folder
+        raise InputError(f"data set: expected a folder or the name of a catalogue, got {one_line(repr(data)):.200}")
     path = Path(data)
     if os.path.isdir(path):
         manifest = path / "manifest.csv"

@@ -12,7 +12,7 @@ import numpy as np
 from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
-from ..errors import renamed
+from ..errors import renamed, require_amount
 from ..function_model import THRESHOLD
 from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
@@ -133,6 +133,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             Source of each object, empty for objects that are always learnt. The calibration then holds out one source
             after another, with all copies of its objects.
         """
+        require_amount("drops", self.drops, least=1, whole=True)
+        require_amount("early_drops", self.early_drops, whole=True)
         settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))

@@ -15,6 +15,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.conversion import Anything, as_clouds
+from ..errors import require_amount
 from ..simulator import Simulator
 from .classifier import BackendAlias, simulator_argument
 from .method import DIAMETERS, Method
@@ -100,6 +101,8 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
     @property
     def side(self) -> float:
         """Side of a cube, metres."""
+        require_amount("radius", self.radius, above=0.0)
+        require_amount("diameters", self.diameters, above=0.0)
         return self.diameters * 2 * self.radius
 
     def fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:

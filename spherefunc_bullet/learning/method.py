@@ -56,9 +56,9 @@ METHODS: dict[str, AnyMethod] = {PROFILE: ProfileMethod(), "paper": PAPER, "cube
 
 def find_method(method: str | AnyMethod) -> AnyMethod:
     """Return the method with a name; a method is returned as it is."""
-    if not isinstance(method, str):
+    if isinstance(method, AnyMethod):
         return method
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise InputError(f"method {method!r}: expected one of {', '.join(METHODS)}")
     return METHODS[method]
 

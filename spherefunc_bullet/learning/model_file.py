@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, explaining
 from ..formats.files import require_file, writing
 from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
@@ -128,7 +128,8 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
     """
     if isinstance(model, FunctionModel):
         return model
-    path = shipped_model(backend or "fast") if model is None else Path(model)
+    with explaining(f"model: expected a path or a classifier, got {type(model).__name__}", TypeError):
+        path = shipped_model(backend or "fast") if model is None else Path(model)
     return cached_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 

@@ -25,7 +25,7 @@ from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from ..simulator import Simulator, make_simulator, provenance_of
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
-from .settling import drop_settings, measured_run, settle
+from .settling import checked_radii, drop_settings, measured_run, settle
 
 FORMAT = 2  # of the cache; with another number entries are computed again
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> arrays of its run
@@ -61,7 +61,7 @@ class DropConfig:
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
-        object.__setattr__(self, "radii", tuple(self.radii))
+        object.__setattr__(self, "radii", checked_radii(self.radii))
 
     def cloud(self, file: Path | Source, report: Report | None = None) -> Cloud:
         """Return the cloud of a file, on which spheres are dropped; see `load_cloud` and `prepared`."""
@@ -116,7 +116,7 @@ def settle_cached(
     cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, run_limit: RunLimit = LIMITED
 ) -> DropsByRadius:
     """Return the drops as `settle` does, from the cache where it has them: the same cloud is simulated once."""
-    drop_config = DropConfig(simulator=simulator, radii=tuple(radii), seed=seed, run_limit=run_limit)
+    drop_config = DropConfig(simulator=simulator, radii=radii, seed=seed, run_limit=run_limit)
     return drop_config.drops(cached_runs(cloud_hash(cloud), lambda: drop_config.prepared(cloud), drop_config))
 
 

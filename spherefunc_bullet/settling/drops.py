@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..clouds.preparation import turned
-from ..errors import InputError, warn_renamed
+from ..errors import CheckedSettings, InputError, amount, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
 WALL_TESTS = 50  # approximate number of settled spheres that are tested for walls around them; others are NaN
@@ -150,10 +150,10 @@ def settled_count(drops: Mapping[float, Drops], radius: float) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunLimit:
+class RunLimit(CheckedSettings):
     """When a run ends: by default after a number of misses in a row, or of settled spheres."""
 
-    drops: int | None = None  # exact number of drops, whatever their outcomes
+    drops: int | None = amount(None, least=1)  # exact number of drops, whatever their outcomes
     to_the_end: bool = False  # end by the rule of the paper only, without a limit of settled spheres
     miss_limit: int = MISS_LIMIT  # consecutive spheres not placed that end the run (paper, §III-A)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
 from ..clouds.preparation import SAFE, headed, reach_around
-from ..errors import InputError
+from ..errors import InputError, one_line, require_amount
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
 from ..simulator.mechanics import LEVEL, Material, StandSettings
@@ -35,7 +35,16 @@ def settle(
     There are none where the sphere is larger than the object. See `drop_settings`.
     """
     simulator = make_simulator(simulator)
-    return {radius: drop_if_useful(cloud, simulator, radius, seed, run_limit)[0] for radius in radii}
+    return {radius: drop_if_useful(cloud, simulator, radius, seed, run_limit)[0] for radius in checked_radii(radii)}
+
+
+def checked_radii(radii: Sequence[float]) -> tuple[float, ...]:
+    """Return the radii of spheres, metres; InputError if they are no numbers above zero."""
+    if isinstance(radii, str) or not isinstance(radii, Iterable) or not len(radii := tuple(radii)):
+        raise InputError(f"radii: expected lengths in metres, such as (0.01, 0.02), got {one_line(repr(radii)):.200}")
+    for radius in radii:
+        require_amount("radii", radius, above=0.0)
+    return radii
 
 
 def loses_water(cloud: Cloud) -> bool:

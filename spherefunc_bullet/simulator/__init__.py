@@ -7,8 +7,7 @@ Backends are found through the entry-point group ``spherefunc.backends``, so tha
 from __future__ import annotations
 
 import enum
-import math
-from dataclasses import asdict, dataclass, field, is_dataclass, replace
+from dataclasses import MISSING, asdict, dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import signature
@@ -17,13 +16,13 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError, explaining
+from ..errors import CheckedSettings, InputError, amount, explaining, require_amount
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
 
 MISS_LIMIT = 50  # consecutive spheres not placed that end a run (§III-A)
-LIMIT = 10**18  # of every limit: kernels count in 64 bits
+LIMIT = 10**18 - 1  # of every limit: kernels count in 64 bits
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features; no cup holds more of the smallest spheres
 
 
@@ -45,21 +44,16 @@ class Stop(enum.IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DropSettings:
+class DropSettings(CheckedSettings):
     """The settings of a run that the paper fixes (§III-A), the same for every backend."""
 
-    radius: float  # of the spheres, metres
-    miss_limit: int = MISS_LIMIT  # consecutive spheres not placed that end the run
-    max_spheres: int = 5_000_000  # settled spheres at which the run stops, to limit memory
-    max_drops: int | None = None  # drops at which the run stops, whatever their outcomes; None: no limit
-
-    def __post_init__(self):
-        if not (math.isfinite(self.radius) and self.radius > 0):
-            raise InputError(f"radius {self.radius}: expected more than zero metres")
-        for name in ("miss_limit", "max_spheres", "max_drops"):
-            limit = getattr(self, name)
-            if limit is not None and not 1 <= limit < LIMIT:
-                raise InputError(f"{name} {limit}: expected at least 1 and less than {LIMIT:.0e}")
+    radius: float = amount(MISSING, above=0.0)  # of the spheres, metres
+    # Consecutive spheres not placed that end the run.
+    miss_limit: int = amount(MISS_LIMIT, least=1, most=LIMIT)
+    # Settled spheres at which the run stops, to limit memory.
+    max_spheres: int = amount(5_000_000, least=1, most=LIMIT)
+    # Drops at which the run stops, whatever their outcomes; None: no limit.
+    max_drops: int | None = amount(None, least=1, most=LIMIT)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,12 +181,20 @@ def one_by_one(simulator: Simulator) -> Simulator:
 
 
 def require_fitting(cloud: Cloud, radius: float):
-    """Raise InputError if a sphere, by its radius in metres, is larger than the whole object."""
+    """Raise InputError for what is no cloud, or if a sphere, by its radius in metres, is larger than the object."""
+    if not isinstance(cloud, Cloud):
+        raise InputError(f"cloud: expected a Cloud, got {type(cloud).__name__}; as_cloud makes one of it")
     if radius > cloud.size.max():
         raise InputError(
             f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
             f"got {radius:g} m; are the units right?"
         )
+
+
+def generator_of(seed: int) -> np.random.Generator:
+    """Return the random numbers of a seed; without one, a run could not be repeated."""
+    require_amount("seed", seed, whole=True)
+    return np.random.default_rng(seed)
 
 
 def isolated(simulator: Simulator) -> bool:
@@ -213,7 +215,8 @@ def backend_entry_points() -> dict[str, EntryPoint]:
 
 def backend_names(text: str) -> list[str]:
     """Return the backends of a comma-separated list such as ``fast,bullet``, without duplicates."""
-    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    with explaining(f"backend {text!r}: expected a name, such as fast", AttributeError):
+        names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     if not names:
         raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")
     return names
@@ -227,11 +230,14 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
     InputError
         If no backend has that name, its package is missing, or an option is not one of its own.
     """
-    if not isinstance(simulator, str):
-        return simulator
     points = backend_entry_points()
-    if simulator not in points:
-        raise InputError(f"backend {simulator!r}: expected one of {', '.join(sorted(points)) or 'none installed'}")
+    if isinstance(simulator, Simulator) and not isinstance(simulator, type):
+        if options:
+            raise InputError(f"{', '.join(options)}: expected with a backend's name, got a simulator")
+        return simulator
+    if not isinstance(simulator, str) or simulator not in points:
+        known = ", ".join(sorted(points)) or "none installed"
+        raise InputError(f"backend {simulator!r}: expected one of {known}, or a simulator")
     with explaining(f"backend {simulator!r} cannot be imported", ImportError, why=": "):
         backend = points[simulator].load()
     known = signature(backend)

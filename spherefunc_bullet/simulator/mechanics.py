@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError
+from ..errors import CheckedSettings, InputError, amount, require_amount
 from ..formats.units import format_mass
 from . import Simulator, backend_entry_points, make_simulator
 
@@ -28,21 +28,6 @@ KINDS = {
     "carry": "carry an object about",
     "prove": "prove places",
 }
-
-
-def amount(default: Any, **limits: float) -> Any:
-    """Return a dataclass field for a setting with its range, see `require_amount`; None is allowed as a default."""
-    return field(default=default, metadata={"limits": limits})
-
-
-class CheckedSettings:
-    """Settings that raise InputError for values outside the range of a field, see `amount`."""
-
-    def __post_init__(self):
-        for setting in fields(self):
-            value = getattr(self, setting.name)
-            if "limits" in setting.metadata and value is not setting.default:
-                require_amount(setting.name, value, **setting.metadata["limits"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,12 +238,3 @@ def able_backends(ability: str) -> Sequence[str]:
         if callable(getattr(backend, ability, None)):
             able.append(name)
     return able
-
-
-def require_amount(name: str, value: float, *, above: float | None = None, least: float = 0.0, most: float = math.inf):
-    """Raise InputError unless a setting is a finite number in its range."""
-    low = value >= least if above is None else value > above
-    if not (math.isfinite(value) and low and value <= most):
-        limits = f"at least {least:g}" if above is None else f"more than {above:g}"
-        limits += "" if most == math.inf else f" and at most {most:g}"
-        raise InputError(f"{name}: expected {limits}, got {value}")

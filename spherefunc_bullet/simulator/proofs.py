@@ -13,7 +13,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from .mechanics import CheckedSettings, amount
+from ..errors import CheckedSettings, amount
 
 HELD = ""  # value of `why` for a use that held
 REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")

@@ -179,6 +179,13 @@ def test_sizes_are_doubted(save, scale, said):
             load_cloud(path)
 
 
+@pytest.mark.parametrize("scale", [1e200, 1e-9])
+def test_no_unit_is_proposed_where_none_helps(save, scale):
+    vertices, _ = mug()
+    with pytest.raises(InputError, match="which no unit explains$"):
+        load_cloud(save("mug.xyz", "\n".join(" ".join(map(repr, row)) for row in (vertices * scale).tolist()).encode()))
+
+
 def refusals():
     vertices, faces = mug()
     flat = np.zeros((3, 3))

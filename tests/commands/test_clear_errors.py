@@ -47,6 +47,72 @@ def test_a_backend_that_is_none_is_answered_with_those_there_are(call):
     assert "backend 'Bullet': expected one of bullet, fast" in refused(asked)
 
 
+SETTINGS = sf.DropSettings(radius=0.01)
+IMAGE, CAMERA = np.full((48, 64), 2.0), [[50, 0, 32], [0, 50, 24], [0, 0, 1]]
+Histogram = sf.SphereHistogram
+WRONG_CALLS = [
+    ("radius: expected a finite number of more than 0, got '2cm'", lambda: sf.DropSettings(radius="2cm")),
+    ("radius: expected a finite number of more than 0, got True", lambda: sf.DropSettings(radius=True)),
+    ("max_drops: expected a whole number of at least 1", lambda: sf.DropSettings(radius=0.01, max_drops=2.5)),
+    ("max_drops: expected at least 1 and at most 1e+18", lambda: sf.DropSettings(radius=0.01, max_drops=10**400)),
+    ("voxel_size: expected a finite number", lambda: sf.FusionSettings(voxel_size="2cm")),
+    ("smoothing: expected a whole number", lambda: sf.FusionSettings(smoothing=2.5)),
+    ("x: expected a finite number, got '1'", lambda: sf.Placement(x="1")),
+    ("z: expected at least 0, got -1", lambda: sf.Placement(z=-1)),
+    ("backend 'fast': cores: expected a whole number", lambda: sf.make_simulator("fast", cores="2")),
+    ("backend 'bullet': voxel_size: expected a finite number", lambda: sf.make_simulator("bullet", voxel_size="1cm")),
+    ("backend None: expected one of bullet, fast", lambda: sf.make_simulator(None)),
+    ("expected one of bullet, fast", lambda: sf.make_simulator(type(sf.make_simulator("fast")))),
+    ("cores: expected with a backend's name", lambda: sf.make_simulator(sf.make_simulator("fast"), cores=1)),
+    ("cloud: expected a Cloud, got ndarray", lambda: sf.make_simulator("fast").drop(POINTS, SETTINGS)),
+    ("cloud: expected a Cloud, got ndarray", lambda: sf.make_simulator("bullet").drop(POINTS, SETTINGS)),
+    ("seed: expected a whole number", lambda: sf.make_simulator("fast").drop(sf.as_cloud(POINTS), SETTINGS, None)),
+    ("seed: expected at least 0", lambda: sf.make_simulator("bullet").drop(sf.as_cloud(POINTS), SETTINGS, -1)),
+    ("radii: expected a finite number", lambda: Histogram(radius="2cm").fit([POINTS])),
+    ("diameters: expected more than 0, got 0", lambda: Histogram(diameters=0).fit([POINTS])),
+    ("backend None: expected", lambda: sf.RestingProfile(simulator=None).transform([POINTS])),
+    ("drops: expected a whole number", lambda: sf.RestingProfile(drops=2.5).transform([POINTS])),
+    ("data set: expected a folder", lambda: sf.open_dataset("")),
+    ("data set: expected a folder", lambda: sf.open_dataset(None)),
+    ("model: expected a path", lambda: sf.classify(POINTS, model=3)),
+    ("backend 3: expected a name", lambda: sf.classify(POINTS, backend=3)),
+    ("backend='foo': expected with prove=True", lambda: sf.find_places(POINTS, backend="foo")),
+    ("scores=: expected of one object", lambda: sf.find_places(POINTS, scores={}, scan=True)),
+    ("depth_scale=: expected with a depth image", lambda: sf.find_objects(POINTS, depth_scale=5000)),
+    ("color=: expected with a depth image", lambda: sf.find_objects(POINTS, color="color.png")),
+    ("depth_scale=: expected with a depth image of whole numbers",
+     lambda: sf.find_objects(IMAGE, intrinsics=CAMERA, depth_scale=5000)),
+    ("depth_scale=: expected a finite number",
+     lambda: sf.find_objects(IMAGE.astype(int), intrinsics=CAMERA, depth_scale="5000")),
+    ("is it transposed?", lambda: sf.find_objects(IMAGE, intrinsics=np.transpose(CAMERA))),
+    ("expected intrinsics as a camera matrix (3, 3)", lambda: sf.find_objects(IMAGE, intrinsics=[["a"]])),
+    ("depth: fx: expected more than 0", lambda: sf.find_objects(IMAGE, intrinsics=[[0, 0, 9], [0, 9, 9], [0, 0, 1]])),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("says", "call"), WRONG_CALLS)
+def test_wrong_arguments(says, call, tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
+    assert says in refused(call)
+
+
+WRONG_PARAMETERS = [
+    {"radii": "2cm"}, {"radii": 0.02}, {"radii": ("2cm",)}, {"radii": ()}, {"radii": (0.01, float("nan"))},
+    {"simulator": None}, {"seed": None}, {"seed": "a"}, {"drops": 2.5}, {"drops": None}, {"early_drops": -1},
+    {"early_drops": 2.5}, {"method": None}, {"method": "profile"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("cache", [True, False])
+@pytest.mark.parametrize("wrong", WRONG_PARAMETERS, ids=str)
+def test_parameters_of_estimators_are_refused_when_they_are_fitted(wrong, cache, tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
+    kind, [(name, _)] = (sf.CubeClassifier if "method" in wrong else sf.FunctionClassifier), wrong.items()
+    model = kind(**{"radii": (0.03,), "cache": cache} | wrong)
+    said = refused(lambda: model.fit([POINTS, 2 * POINTS], ["cup", "none"]))
+    assert said.startswith({"simulator": "backend"}.get(name, name)) and "expected" in said
+
+
 @cache
 def shipped() -> dict:
     """Return the arrays of the model that ships."""

@@ -85,7 +85,9 @@ def test_the_labels_of_a_data_set_are_not_overwritten(files, tmp_path, line):
 @pytest.mark.parametrize("option", ["--miss-limit", "--max-spheres"])
 def test_a_limit_that_no_kernel_can_count_to(files, option):
     limit = option[2:].replace("-", "_")
-    assert f"{limit} {10**20}: expected at least 1 and less than 1e+18" in refused("simulate", files[0], option, 10**20)
+    assert f"{limit}: expected at least 1 and at most 1e+18, got {10**20}" in refused(
+        "simulate", files[0], option, 10**20
+    )
 
 
 def test_an_option_of_another_backend(files):
@@ -128,13 +130,23 @@ def test_options_of_scene_that_would_change_nothing(files, line):
     assert refused("scene", *words).startswith(f"spherefunc: {options[-1]}")
 
 
-def test_no_depth_scale_is_not_the_default(tmp_path):
+def test_a_depth_scale_is_above_zero_and_of_whole_numbers(tmp_path):
     np.save(tmp_path / "depth.npy", np.ones((12, 16)))
-    assert "--depth-scale 0: expected" in refused("scene", tmp_path / "depth.npy", "--depth-scale", 0)
+    asked = "scene", tmp_path / "depth.npy", "--depth-scale"
+    assert "--depth-scale: expected more than 0, got 0.0" in refused(*asked, 0)
+    assert "--depth-scale: expected more than 0, got nan" in refused(*asked, "nan")
+    assert "--depth-scale: expected with a depth image of whole numbers, got metres in depth.npy" in refused(*asked, 5)
 
 
 def test_an_object_to_put_down_is_read_before_the_room(files):
     assert "missing.ply: expected a file" in refused("scene", "no_room.ply", "--put", "missing.ply")
+
+
+@pytest.mark.parametrize("command", ["classify", "simulate", "places"])
+def test_a_folder_of_packages_that_is_none(files, command):
+    wrong = files[0].parent / "packages"
+    for path in (wrong, files[0]):
+        assert f"--package-path {path}: expected a folder" in refused(command, files[0], "--package-path", path)
 
 
 @pytest.mark.parametrize("run", [".", "run", "cup/run"])

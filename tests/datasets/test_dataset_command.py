@@ -146,3 +146,9 @@ def test_select_of_nothing_is_said(run, tmp_path):
     (tmp_path / "manifest.csv").write_text("file,label\nblock.obj,none")
     done = run("select", tmp_path, tmp_path / "small", "--up-to", "1cm")
     assert isinstance(done.exception, InputError) and "1cm" in str(done.exception)
+
+
+def test_a_missing_object_is_named(run, tmp_path):
+    (tmp_path / "manifest.csv").write_text("file,label\nnone.ply,cup\n")
+    result = run("describe", tmp_path)
+    assert isinstance(result.exception, InputError) and "none.ply: expected a file, found none" in str(result.exception)

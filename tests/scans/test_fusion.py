@@ -147,12 +147,26 @@ def test_tum_and_redwood_give_the_same_poses(images, tmp_path):
         assert np.nanmax(np.abs(frames[0].depth() - images[0][0])) < 2e-4  # a step of TUM's
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"fx": 0}, {"fy": -3}, {"cx": np.nan}, {"cy": np.inf}, {"width": 0}, {"height": 2.5}]
+)
+def test_a_camera_that_is_none_is_refused(wrong):
+    good = {name: getattr(CAMERA, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
+    with pytest.raises(InputError, match=f"{next(iter(wrong))}: expected"):
+        sf.Intrinsics(**good | wrong)
+
+
 def test_ids_are_assigned_by_the_largest_sum():
     assert assigned(np.array([[0.9, 0.8], [0.85, 0.1], [0.2, 0.2]]), 0.3) == [(0, 1), (1, 0)]
     assert assigned(np.zeros((0, 3)), 0.3) == []
 
 
-@pytest.mark.parametrize("pose", [np.full((4, 4), np.nan), np.eye(3), 2 * np.eye(4)])
+MOVED = look_at(EYES[0], [0.3, 0, 0.3])
+
+
+@pytest.mark.parametrize(
+    "pose", [np.full((4, 4), np.nan), np.eye(3), 2 * np.eye(4), MOVED.T, "pose", MOVED * [1, -1, 1, 1]]
+)
 def test_a_pose_that_is_none_is_refused(images, pose):
     fusion = sf.SceneFusion()
     with pytest.raises(InputError):
@@ -170,11 +184,13 @@ def test_a_bad_image_costs_only_itself(folder):
     write_png(folder / "frame-000006.depth.png", np.ones((50, 60)))
     for number in (5, 6):
         np.savetxt(folder / f"frame-{number:06d}.pose.txt", np.eye(4))
-    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json"])
+    out = folder / "out"
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json", "--out", str(out)])
     assert result.exit_code == 2
     for number in (3, 4, 5, 6):
         assert sum(f"frame-{number:06d}" in line for line in result.stderr.splitlines()) == 1
     answer = json.loads(result.stdout)
+    assert json.loads((out / f"{folder.name}.json").read_text()) == answer
     assert answer["frames"] == {"fused": 3, "left_out": 4}
     assert any(item["functions"]["table"]["member"] and item["seen"] == 3 for item in answer["objects"])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...simulator import generator_of
 from ...simulator.proofs import HELD, PourUse, ProofResult, ProofSettings
 from ..engine import pybullet
 from .stage import G, Stage
@@ -25,7 +26,7 @@ def pour(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Proo
     radius = sphere_radius(use, settings.spheres)
     shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
     p.setPhysicsEngineParameter(numSolverIterations=SOLVED[0], **stage.engine)
-    rng, bodies, pause = np.random.default_rng(seed), [], EVERY / RATE
+    rng, bodies, pause = generator_of(seed), [], EVERY / RATE
     # Each sphere has left the spout before the next one starts: overlapping spheres would push each other out.
     leaving = max(0.0, (CLEAR * radius - G * pause**2 / 2) / pause)
     for number in range(settings.spheres):
