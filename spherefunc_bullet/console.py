@@ -6,8 +6,10 @@ strangers, so characters that control a terminal are written out as text.
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,6 +17,7 @@ from typing import Any
 
 from .errors import InputError, one_line
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no room is left: of the disk, of the user's share, of a file
 _shown: list[str] = []  # the progress bar on the terminal, at most one
 # Arguments that errors of the library name as in Python; on the command line they are options, see `as_options`.
 _ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale", "intrinsics", "color")
@@ -150,7 +153,20 @@ def fail(error: InputError) -> int:
 
 def run(main: Callable[[], object]):
     """Run a program; a user's mistake is one line on stderr and exit code 2."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by the caller, as by ``2>&-``
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - as long as the program runs
     try:
-        main()
+        try:
+            main()
+        finally:
+            sys.stdout.flush()
     except InputError as error:
         sys.exit(fail(error))
+    except OSError as error:
+        if error.errno not in (*FULL, errno.EPIPE):
+            raise
+        closed = error.errno == errno.EPIPE  # nobody reads on, as after ``| head``
+        code = 1 if closed else fail(InputError(f"output: expected room to write to; {error.strerror}"))
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in it cannot be written at the end either
+        sys.exit(code)

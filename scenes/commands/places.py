@@ -75,7 +75,8 @@ def places_of_file(
     from ..recognition.objects import find_places
 
     started = time.perf_counter()
-    found = find_places(file, put, prove, person, backend=simulator.name, up=up, units=units, seed=seed)
+    tester = simulator.name if prove else None
+    found = find_places(file, put, prove, person, backend=tester, up=up, units=units, seed=seed)
     return found, time.perf_counter() - started
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.formats.files import write_bytes, write_text, writing
+from spherefunc_bullet.formats.files import write_bytes, write_text
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
@@ -239,7 +240,7 @@ def write_room(scan: Scan, room: Room, folder: Path, stem: str, about: dict[str,
     paths = room_files(folder, stem)
     write_text(paths[0], json.dumps(about, indent=2) + "\n")
     write_bytes(paths[1], labelled_ply(scan, room))
-    with writing(paths[2]):
-        room_picture(scan, room).save(paths[2])
+    room_picture(scan, room).save(picture := io.BytesIO(), "png")
+    write_bytes(paths[2], picture.getvalue())
     write_text(paths[3], room_page(scan, room))
     return paths

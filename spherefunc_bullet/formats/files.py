@@ -161,7 +161,7 @@ def unused_name(folder: Path, stem: str, suffix: str, written: Sequence[Path]) -
 
 
 def write_bytes(path: Path, content: bytes) -> Path:
-    """Write a file, creating its folder, and return its path.
+    """Write a file completely or not at all, creating its folder, and return its path.
 
     Raises
     ------
@@ -169,8 +169,7 @@ def write_bytes(path: Path, content: bytes) -> Path:
         If it cannot be written.
     """
     with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        write_whole(path, content)
     return path
 
 
@@ -180,28 +179,31 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def write_csv(path: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
-    """Write a table completely or not at all; see `write_bytes`."""
+    """Write a table; see `write_text`."""
     table = io.StringIO(newline="")
     csv.writer(table).writerows([columns, *rows])
-    with writing(path):
-        write_whole(path, table.getvalue().encode())
-    return path
+    return write_text(path, table.getvalue())
 
 
 def write_whole(path: Path, content: bytes):
     """Write a file under a temporary name and rename it, so that it is never read half-written.
+
+    A link, or a device such as ``/dev/stdout``, is written to and not replaced; nor is a file that is read-only.
 
     Raises
     ------
     OSError
         If it cannot be written; the temporary file is then removed.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.exists() and (path.is_symlink() or not path.is_file() or not os.access(path, os.W_OK)):
+        path.write_bytes(content)
+        return
     scratch = path.with_suffix(f".{os.getpid()}.tmp")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         scratch.write_bytes(content)
         os.replace(scratch, path)
-    except OSError:
+    except BaseException:  # Ctrl-C as well
         with suppress(OSError):
             scratch.unlink(missing_ok=True)
         raise

@@ -6,6 +6,7 @@ that does not fit what is installed is refused with a message that says why.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Callable, Mapping
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, explaining
-from ..formats.files import require_file, writing
+from ..formats.files import require_file, require_place, write_bytes
 from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
 from ..settling.cached_runs import DropConfig
@@ -90,8 +91,10 @@ def save_model(model: CloudClassifier, path: str | Path):
     }
     arrays = {"members": model.members_, "names": np.array(model.names_)}
     more, parts = cube_parts(model) if isinstance(model, CubeClassifier) else profile_parts(model)
-    with writing(Path(path)), open(path, "wb") as file:
-        np.savez_compressed(file, about=np.array(json.dumps(about | more)), **arrays, **parts)
+    require_place(Path(path))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, about=np.array(json.dumps(about | more)), **arrays, **parts)
+    write_bytes(Path(path), buffer.getvalue())
 
 
 @cache

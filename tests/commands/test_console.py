@@ -120,3 +120,14 @@ def test_nothing_but_the_console_prints():
         checked = ["spherefunc_bullet", "fast_sim", "scenes", "compare"]
         ruff = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "T20", *checked]
         assert subprocess.run(ruff, capture_output=True, check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "code", "said"), [(">/dev/full", 2, 1), ("2>&-", 0, 0), (">&-", 0, 0), ("| true", 1, 0)]
+)
+def test_output_that_is_full_or_closed_is_no_traceback(tmp_path, wrong, code, said):
+    if "full" in wrong and not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full, which Linux has")
+    shell = f"{sys.executable} -c '{CODE}' backends {wrong}; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", shell], cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, len(done.stderr.splitlines())) == (code, said), done.stderr

@@ -161,5 +161,5 @@ def test_a_sphere_outside_its_strip_is_dropped_in_a_later_round():
 
 @pytest.mark.parametrize("cores", [0, 10_000])
 def test_cores_that_there_are_not(cores):
-    with pytest.raises(InputError, match="cores: expected 1 to"):
+    with pytest.raises(InputError, match="cores: expected at least 1 and at most"):
         make_simulator("fast", cores=cores)

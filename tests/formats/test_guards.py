@@ -11,6 +11,8 @@ import pytest
 from cloud_files import mesh_bytes, mug
 from commands import spherefunc
 
+from spherefunc_bullet.formats.files import write_bytes, write_csv, write_text
+
 LONG = "a" * 5000
 HUNG = 120  # seconds after which a command waits for ever
 
@@ -93,3 +95,28 @@ def test_a_manifest_may_name_what_it_likes(folder):
     (folder / "data" / "manifest.csv").write_text(f"file,label\na\0b.ply,cup\n{LONG}.ply,none\n")
     line = refused("train", "data", "--out", "model.npz", "--radii", "2cm")
     assert "manifest.csv" in line
+
+
+def test_what_is_written_is_whole_or_as_before(tmp_path, monkeypatch):
+    path = write_text(tmp_path / "table.csv", "before")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("os.replace", interrupted)
+        write_bytes(path, b"after")
+    assert path.read_text() == "before" and os.listdir(tmp_path) == ["table.csv"]
+    link = tmp_path / "link.csv"
+    link.symlink_to("table.csv")
+    write_csv(link, ["file"], [["\udcff.ply"]])  # the name of a file need not be text
+    assert link.is_symlink() and path.read_text().split() == ["file", "?.ply"]
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    with open(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)) as end:
+        write_text(pipe, "a line")
+        assert end.read() == "a line"
+    assert pipe.is_fifo()

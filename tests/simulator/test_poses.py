@@ -210,7 +210,7 @@ def test_matter_out_of_range_is_refused(wrong):
 
 def test_a_backend_that_lacks_an_ability_says_so_in_one_line():
     class Bare:
-        name, version = "bare", "1"
+        name, version, drop, options = "bare", "1", print, print
 
     with pytest.raises(InputError, match="backend 'bare' cannot tell poses: expected one that can: .*fast") as caught:
         require_ability(Bare(), "poses")
