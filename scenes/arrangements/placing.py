@@ -23,9 +23,11 @@ WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z
 class Placement(CheckedSettings):
     """Where the middle of an object's footprint goes, and at which height its foot."""
 
-    x: float = amount(0.0, least=-math.inf)  # metres
-    y: float = amount(0.0, least=-math.inf)
-    z: float | None = amount(None)  # metres above the ground; None: lowered from above until something carries it
+    x: float = amount(0.0, least=-1e6, most=1e6)  # metres
+    y: float = amount(0.0, least=-1e6, most=1e6)
+    z: float | None = amount(
+        None, most=1e6
+    )  # metres above the ground; None: lowered from above until something carries it
     heading_deg: float = amount(0.0, least=-math.inf)  # counterclockwise about the vertical
 
 

@@ -74,6 +74,7 @@ def own_drops(falls: ArrangedDrops, objects: Sequence[ArrangedObject], number: i
 
 
 FEWEST = 2
+SPREAD = 1000  # metres across all objects at most: the drops to cover them grow with its square
 SHOWN = 0.4  # of the box around all objects, that the spheres of the common drop cover
 
 
@@ -82,7 +83,8 @@ class TogetherSettings(CheckedSettings):
     """How spheres are dropped on several objects."""
 
     radius: float | None = amount(None, above=0.0)  # metres; None: as the objects are large
-    drops: int = amount(1000, least=1)  # over each object's box, alone and together, from which areas are measured
+    # Over each object's box, alone and together, from which areas are measured.
+    drops: int = amount(1000, least=1, most=10**7)
     seed: int = amount(0)
 
 
@@ -176,9 +178,11 @@ def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[A
 def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, settings: TogetherSettings) -> Together:
     """Drop spheres on objects in their places, and return what each of them carries and is for."""
     started = time.perf_counter()
+    size = np.ptp(np.concatenate([item.cloud.bounds for item in placed]), axis=0)
+    if size.max() > SPREAD:
+        raise InputError(f"all together: expected objects within {SPREAD} m, got {size.max():.4g} m; are these metres?")
     feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
-    size = np.ptp(np.concatenate([item.cloud.bounds for item in placed]), axis=0)
     fitting = float(np.clip(size.max() / ACROSS, *LIMITS))
     radius = fitting if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)

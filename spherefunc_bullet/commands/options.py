@@ -113,7 +113,7 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
 
 
 def require_drawings(inputs: Iterable[Path], picture: Path | None, page: Path | None = None):
-    """Raise InputError, before anything is computed, if a picture or page cannot be written or is an input."""
+    """Raise InputError, before anything is computed, if a picture or page cannot be written, or is an input or both."""
     from ..formats.files import prepare_folder, require_place
     from ..viewer.mechanics_pictures import require_png
 
@@ -121,6 +121,8 @@ def require_drawings(inputs: Iterable[Path], picture: Path | None, page: Path | 
     for file in filter(None, (picture, page)):
         prepare_folder(file.parent)
         require_place(file, inputs)
+    if picture is not None and page is not None and picture.resolve() == page.resolve():
+        raise InputError(f"--page {page}: expected another file than --picture")
 
 
 def run_on_files(

@@ -32,7 +32,10 @@ _choosing = threading.Lock()  # numba has one setting for all threads
 
 
 def njit(function: Callable | None = None, *, cache: bool = False, **options: Any) -> Any:
-    """Return a kernel as numba's ``njit`` does; with ``cache``, its code is cached for the current sources only."""
+    """Return a kernel as numba's ``njit`` does; with ``cache``, its code is cached for the current sources only.
+
+    Where no folder for it can be written, the code is compiled again in each process.
+    """
     if function is None:
         return partial(njit, cache=cache, **options)
     if not cache:
@@ -41,10 +44,19 @@ def njit(function: Callable | None = None, *, cache: bool = False, **options: An
         users, config.CACHE_DIR = config.CACHE_DIR, str(folder_of(function.__module__))
         try:
             kernel = numba.njit(cache=True, **options)(function)
+        except RuntimeError:
+            say_uncached(Path(config.CACHE_DIR).parent)
+            kernel = numba.njit(**options)(function)
         finally:
             config.CACHE_DIR = users
     load_alone(kernel)
     return kernel
+
+
+@cache
+def say_uncached(folder: Path):
+    """Log once for each folder that compiled code cannot be kept in it."""
+    logger.warning("compiled code cannot be kept in %s; set NUMBA_CACHE_DIR to a folder that can be written", folder)
 
 
 # For kernels that allocate nothing: they need no reference counts, and a process that calls only such kernels does not

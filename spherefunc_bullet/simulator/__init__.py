@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import CheckedSettings, InputError, amount, explaining, require_amount
+from ..errors import CheckedSettings, InputError, amount, explaining, one_line, require_amount
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
@@ -237,7 +237,7 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
         return simulator
     if not isinstance(simulator, str) or simulator not in points:
         known = ", ".join(sorted(points)) or "none installed"
-        raise InputError(f"backend {simulator!r}: expected one of {known}, or a simulator")
+        raise InputError(f"backend {one_line(repr(simulator)):.200}: expected one of {known}")
     with explaining(f"backend {simulator!r} cannot be imported", ImportError, why=": "):
         backend = points[simulator].load()
     known = signature(backend)

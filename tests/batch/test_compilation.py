@@ -116,6 +116,12 @@ def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewh
     assert kernels() == (5, True)
 
 
+def test_code_is_compiled_each_time_where_no_folder_for_it_can_be_written(kernels, tmp_path):
+    nowhere = "from numba.core.caching import CompileResultCacheImpl as kept; kept._locator_classes = []; "
+    assert [kernels(code=nowhere + RUN) for _ in range(2)] == [(5, False)] * 2
+    assert not any(tmp_path.glob("kernels/__pycache__/*"))
+
+
 def test_every_file_with_kernels_has_them_kept_so():
     for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
         for file in (REPOSITORY / folder).rglob("*.py"):

@@ -64,6 +64,18 @@ def test_what_cannot_be_written_is_refused_at_once(files, line):
     assert "that can be written" in refused(command, *unread, option, files[0] / "drawn.png")
 
 
+@pytest.mark.parametrize("command", ["poses", "places", "together"])
+def test_a_page_does_not_replace_a_picture(files, tmp_path, command):
+    drawn = tmp_path / "drawn.png"
+    assert "expected another file than --picture" in refused(command, *files, "--picture", drawn, "--page", drawn)
+
+
+def test_objects_that_are_too_far_apart_to_cover_with_spheres(files):
+    places = f"{files[0]}@0,0", f"{files[1]}@2000,0"
+    assert "expected objects within 1000 m, got 200" in refused("together", *places)
+    assert "x: expected at least -1e+06 and at most 1e+06" in refused("together", files[0], f"{files[1]}@1e300,0")
+
+
 @pytest.mark.parametrize("option", [["--csv", "answers.csv"], ["--explain"]])
 def test_options_that_do_not_go_with_any_pose(files, option):
     assert "--any-pose: expected without --csv and --explain" in refused("classify", files[0], "--any-pose", *option)
