@@ -83,8 +83,8 @@ def test_a_placement_is_read(text, place):
         ("mug.ply@0,0,0,east", "got 'east' for a number"),
         ("mug.ply@0.1", "got 1 numbers"),
         ("mug.ply@0,0,0,0,0", "got 5 numbers"),
-        ("mug.ply@0,0,nan", "finite"),
-        ("mug.ply@0,0,-0.1", "at least 0 m"),
+        ("mug.ply@0,0,nan", "z: expected at least 0 and at most .*, got nan"),
+        ("mug.ply@0,0,-0.1", "z: expected at least 0"),
     ],
 )
 def test_a_placement_that_is_none_is_said(text, said):
