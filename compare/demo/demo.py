@@ -20,7 +20,7 @@ from spherefunc_bullet.commands.train import train_on
 from spherefunc_bullet.console import Failures, progress, say, show
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
-from spherefunc_bullet.formats.files import write_text
+from spherefunc_bullet.formats.files import prepare_folder, write_text
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
@@ -77,6 +77,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     InputError
         If there is no such backend, or the folder cannot be written.
     """
+    prepare_folder(out)
     watch, drop_config = Stopwatch(), DropConfig(simulator=backend, radii=METHOD.radii, run_limit=METHOD.run_limit)
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
         simulated = simulate_dataset(open_dataset(DATA), drop_config, jobs=jobs, failed=Failures().add)

@@ -175,7 +175,8 @@ def start(port: int = 8080) -> LiveDemo:
 def serve(port: int):
     """Serve the page until it is stopped."""
     page = start(port)
-    say(f"open http://localhost:{page.server.get_port()}; over SSH, first: ssh -L {port}:localhost:{port} HOST")
+    port = page.server.get_port()  # the next one if that was in use
+    say(f"open http://localhost:{port}; over SSH, first: ssh -L {port}:localhost:{port} HOST")
     page.changed.set()
     while page.changed.wait():
         page.update()

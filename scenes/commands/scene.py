@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import Json, Model, Units
+from spherefunc_bullet.commands.options import Json, Model, Units, require_beside
 from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
@@ -89,7 +89,7 @@ def scene(
     from ..recognition.recognition import recognise
     from ..report.files import room_json
     from ..segmentation.segmentation import Segmentation
-    from .scene_frames import EVERY, require_frames_alone, require_outputs, scene_of_frames, write_files
+    from .scene_frames import EVERY, require_outputs, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
     require_method(method, model, {"--complete": complete, "--proposals": proposals})
@@ -101,8 +101,9 @@ def scene(
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
     steps = steps_of(complete)
-    require_frames_alone(
-        frames,
+    require_beside(
+        "--frames",
+        frames is not None,
         {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
         | {"--put": put, "--places": places or None, "--units": None if units == "auto" else units},
         {"--poses": poses, "--every": every},

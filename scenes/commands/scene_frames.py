@@ -19,14 +19,6 @@ if TYPE_CHECKING:
     from ..scans.scan import Scan
 
 
-def require_frames_alone(frames: Path | None, others: dict[str, object], only: dict[str, object]):
-    """Raise InputError for options of single scans with --frames, and for those of --frames without it."""
-    wrong, where = (others, "without --frames") if frames is not None else (only, "with --frames DIR")
-    for name, value in wrong.items():
-        if value is not None:
-            raise InputError(f"{name}: expected {where}")
-
-
 def require_outputs(out: Path, source: Path, stem: str, others: Iterable[Path | None]):
     """Raise InputError, before anything is read, if a room's files cannot be written or would change what is read."""
     from ..report.files import room_files

@@ -112,6 +112,14 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
     return Material(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)
 
 
+def require_beside(option: str, given: bool, others: dict[str, object], only: dict[str, object]):
+    """Raise InputError for others that do not go with an option, and for those that go only with it."""
+    wrong, where = (others, "without") if given else (only, "with")
+    for name, value in wrong.items():
+        if value is not None:
+            raise InputError(f"{name}: expected {where} {option}")
+
+
 def require_drawings(inputs: Iterable[Path], picture: Path | None, page: Path | None = None):
     """Raise InputError, before anything is computed, if a picture or page cannot be written, or is an input or both."""
     from ..formats.files import prepare_folder, require_place

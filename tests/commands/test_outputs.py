@@ -64,6 +64,15 @@ def test_what_cannot_be_written_is_refused_at_once(files, line):
     assert "that can be written" in refused(command, *unread, option, files[0] / "drawn.png")
 
 
+@pytest.mark.parametrize("line", ["--port 80", "--live --out demo", "--live --backend fast", "--live --jobs 1"])
+def test_options_of_the_demo_that_would_change_nothing(line):
+    assert refused("demo", *line.split()).startswith(f"spherefunc: {line.removeprefix('--live ').split()[0]}: expected")
+
+
+def test_a_demo_is_not_begun_where_it_cannot_be_written(files):
+    assert "expected a folder that can be written" in refused("demo", "--out", files[0])
+
+
 @pytest.mark.parametrize("command", ["poses", "places", "together"])
 def test_a_page_does_not_replace_a_picture(files, tmp_path, command):
     drawn = tmp_path / "drawn.png"
