@@ -179,7 +179,7 @@ def on_scheduler(
     """
     with explaining("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'", ImportError):
         from distributed import Client
-    logging.getLogger("distributed.client").setLevel(logging.ERROR)  # Dask repeats the task of a lost worker by itself
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what is lost is repeated, or one line here
     with explaining(f"--scheduler {address}: expected a Dask scheduler that answers", OSError, ValueError, why="; "):
         client = Client(address, timeout=PATIENCE)
     with client:

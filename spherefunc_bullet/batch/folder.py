@@ -11,6 +11,7 @@ import os
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -79,9 +80,10 @@ class RunFolder:
         partial, entry = entry_path(KIND, run, self.partial), self.entry(run)
         with writing(entry, kind=FullDisk):
             if partial.is_file() and not (entry.is_file() and read_entry(entry)):
-                sync(partial)
                 entry.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(partial, entry)
+                with suppress(FileNotFoundError):  # another batch on the same run has moved it meanwhile
+                    sync(partial)
+                    os.replace(partial, entry)
                 sync(entry.parent)
             partial.unlink(missing_ok=True)
             return size_and_time(entry)

@@ -74,6 +74,8 @@ def run(
         return
     if data is None:
         raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
+    here, far = {"--jobs": None if jobs == -1 else jobs}, {"--shared-path": shared_path or None}
+    options.require_beside("--scheduler", scheduler is not None, here, far)
     from ..batch.batch import Batch, ObjectLimits
     from ..batch.folder import RunFolder
     from ..datasets.dataset import open_dataset, parse_shard, shard_of

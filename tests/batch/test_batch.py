@@ -22,6 +22,7 @@ from ledger_speed import speed
 from mishaps import MishapSimulator
 from typer.testing import CliRunner
 
+from spherefunc_bullet.batch import folder as folder_module
 from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
 from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs, status
 from spherefunc_bullet.batch.ledger import DONE, Ledger
@@ -29,6 +30,7 @@ from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.npz import packed
 from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import simulate_objects
 from spherefunc_bullet.simulator import make_simulator
@@ -249,6 +251,19 @@ class CrashesAt3cm(MishapSimulator):
         if settings.radius == 0.03:
             os.abort()
         return super().drop(cloud, settings, seed)
+
+
+def test_a_file_that_another_batch_keeps_at_the_same_time(tmp_path, monkeypatch):
+    this, other, run, sync = RunFolder(tmp_path), RunFolder(tmp_path), "ab" * 32, folder_module.sync
+    this.put(run, packed({"centers": np.zeros((2, 3), np.float32)}))
+
+    def sync_late(path):
+        monkeypatch.setattr(folder_module, "sync", sync)
+        other.keep(run)
+        sync(path)
+
+    monkeypatch.setattr(folder_module, "sync", sync_late)
+    assert this.keep(run)["bytes"] > 0 and len(this.find(run)["centers"]) == 2
 
 
 def test_full_disk_ends_the_run_in_one_line(data, tmp_path, monkeypatch):

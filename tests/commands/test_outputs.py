@@ -69,6 +69,12 @@ def test_options_of_the_demo_that_would_change_nothing(line):
     assert refused("demo", *line.split()).startswith(f"spherefunc: {line.removeprefix('--live ').split()[0]}: expected")
 
 
+@pytest.mark.parametrize("line", ["--shared-path", "--jobs 2 --scheduler tcp://127.0.0.1:1"])
+def test_options_of_a_batch_that_would_change_nothing(files, line):
+    asked = refused("batch", files[0].parent, "--run", files[0].parent / "run", *line.split())
+    assert asked.startswith(f"spherefunc: {line.split()[0]}: expected") and not (files[0].parent / "run").exists()
+
+
 def test_a_demo_is_not_begun_where_it_cannot_be_written(files):
     assert "expected a folder that can be written" in refused("demo", "--out", files[0])
 
