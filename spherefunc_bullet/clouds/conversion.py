@@ -60,8 +60,8 @@ def as_cloud(
 
 def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
     """Return the clouds of several objects in metres with z up, see `as_cloud`; errors name them by number."""
-    if isinstance(objects, str | Path | Cloud):
-        raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
+    if isinstance(objects, str | Path | Cloud | Mapping) or not isinstance(objects, Iterable):
+        raise InputError(f"expected several objects in a list, each {EXPECTED}; got {type(objects).__name__}")
     return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
 
 

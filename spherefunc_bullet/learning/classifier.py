@@ -16,10 +16,11 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..classification import decide
 from ..clouds.conversion import Anything, as_clouds
+from ..errors import InputError
 from ..function_model import THRESHOLD, FunctionModel
 from ..settling.cached_runs import CloudObject, settle_cached
 from ..settling.drops import DropsByRadius
-from ..settling.settling import settle
+from ..settling.settling import checked_radii, settle
 from ..simulator import Simulator
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
 
@@ -128,6 +129,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         self, X: Iterable[Anything], y: Labels, columns: tuple[str, ...] | None
     ) -> tuple[list[DropsByRadius], list[Label], list[str]]:
         """Return the drops, the labels and the names of objects; ``columns`` are those of an indicator y."""
+        if len(checked_radii(self.radii)) == 0:
+            raise InputError("radii: expected at least one, got none")
         clouds = as_clouds(X)
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
         require_as_many(clouds, labels)
@@ -137,12 +140,12 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
 
 
 def require_as_many(objects: Sequence, labels: Sequence):
-    """Raise ValueError if objects and labels differ in number."""
+    """Raise InputError if objects and labels differ in number."""
     if len(objects) != len(labels):
-        raise ValueError(f"expected as many labels as objects, got {len(objects)} objects and {len(labels)} labels")
+        raise InputError(f"expected as many labels as objects, got {len(objects)} objects and {len(labels)} labels")
 
 
 def require_alike(settled: Sequence[DropsByRadius], labels: Sequence[frozenset[str]], names: Sequence[str]):
-    """Raise ValueError if objects, labels and names differ in number."""
+    """Raise InputError if objects, labels and names differ in number."""
     if not len(settled) == len(labels) == len(names):
-        raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")
+        raise InputError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")

@@ -12,6 +12,8 @@ from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.multiclass import check_classification_targets, unique_labels
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from ..errors import require_amount
+
 Matrix = ArrayLike | sparse.spmatrix  # (N, D)
 NEIGHBOURS = 1
 SAME = 1e-6  # spheres: distance below which two histograms are the same; above rounding errors
@@ -105,6 +107,8 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
 
     def fit(self, X: Matrix, y: ArrayLike) -> InverseDistanceClassifier:
         """Learn examples X (N, D), dense or sparse, with labels y (N,)."""
+        for count in np.atleast_1d(self.n_neighbors):
+            require_amount("n_neighbors", count, least=1, whole=True)
         X, y = validate_data(self, X, y, accept_sparse="csr", dtype=np.float64)
         check_classification_targets(y)
         self.classes_, self.labels_ = np.unique(y, return_inverse=True)

@@ -130,6 +130,8 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
         See `load_model`.
     """
     if isinstance(model, FunctionModel):
+        if not hasattr(model, "functions_"):
+            raise InputError(f"model: expected a fitted classifier, got {type(model).__name__}; call fit first")
         return model
     with explaining(f"model: expected a path or a classifier, got {type(model).__name__}", TypeError):
         path = shipped_model(backend or "fast") if model is None else Path(model)

@@ -40,9 +40,9 @@ def settle(
 
 def checked_radii(radii: Sequence[float]) -> tuple[float, ...]:
     """Return the radii of spheres, metres; InputError if they are no numbers above zero."""
-    if isinstance(radii, str) or not isinstance(radii, Iterable) or not len(radii := tuple(radii)):
+    if isinstance(radii, str) or not isinstance(radii, Iterable):
         raise InputError(f"radii: expected lengths in metres, such as (0.01, 0.02), got {one_line(repr(radii)):.200}")
-    for radius in radii:
+    for radius in (radii := tuple(radii)):
         require_amount("radii", radius, above=0.0)
     return radii
 

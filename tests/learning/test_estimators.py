@@ -109,6 +109,11 @@ def test_columns_keep_their_order_and_those_of_nobody():
     assert np.array_equal(model.predict(objects), y)
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=["profile", "cubes"])
+def test_objects_without_any_function_can_be_learnt(estimator, objects):
+    assert clone(estimator).fit(objects[:2], ["none", "none"]).predict(objects[:1]) == [frozenset()]
+
+
 @pytest.mark.parametrize("y", [[0, 1], np.array([[0, 2], [1, 0]]), np.array([0, 1]), [{"cup"}], "cup", [1.5, {"a"}]])
 def test_labels_that_are_none_are_refused(y):
     with pytest.raises(ValueError, match="expected"):
