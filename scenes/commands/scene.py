@@ -85,6 +85,7 @@ def scene(
     from ..fusion.frames import open_frames
     from ..fusion.scene_fusion import SceneFusion
     from ..recognition.completion import steps_of
+    from ..recognition.examples import recognise_as_paper
     from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
     from ..report.files import room_json
@@ -121,15 +122,12 @@ def scene(
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
     require_source(file, units, intrinsics=intrinsics, color=color, depth_scale=depth_scale)
     to_put = None if put is None else cloud_and_frame(put)
-    bag = bag_scan(file, topic, time)
-    scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
+    scan = bag_scan(file, topic, time) or read_scan(file, units, intrinsics, color, depth_scale)
     up = "z" if up == "auto" and scan.level_frame is not None else up
     warm_up_recognition(classifier)
     if method is None:
         room = recognise(scan, classifier, up=up, settings=settings, completion=steps, proposals=kinds)
     else:
-        from ..recognition.examples import recognise_as_paper
-
         room = recognise_as_paper(scan, classifier, up=up, settings=settings)
     say_remarks(scan, room)
     used = places_in(scan, room, to_put) if places or to_put is not None else None
