@@ -31,7 +31,7 @@ HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in t
 
 
 def places(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans of objects.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", readable=False, help="Models or scans of objects.")],
     put: Annotated[Path | None, typer.Option(metavar="OBJECT", help="An object for which poses are found.")] = None,
     prove: Annotated[
         bool, typer.Option("--prove", help="Test the places by rigid bodies: sit down, put down, pour.")

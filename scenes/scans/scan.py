@@ -117,14 +117,16 @@ def load_scan(path: str | Path, *, units: str = "auto", report: Report | None = 
     name = one_line(Path(path).name)
     geometry = read_geometry(path)
     if len(geometry.faces):
-        return scan_from_points(surface_points(geometry), name, units=units, report=report)
+        return scan_from_points(surface_points(geometry, name), name, units=units, report=report)
     return scan_from_points(geometry.vertices, name, colors=geometry.colors, units=units, report=report)
 
 
-def surface_points(geometry: Geometry) -> np.ndarray:
+def surface_points(geometry: Geometry, name: str = "scan") -> np.ndarray:
     """Return samples (N, 3) of a mesh's surface, in its own unit, a hundredth of a metre apart if that is metres."""
     from spherefunc_bullet.clouds.sampling import sample_surface
 
     extent = np.ptp(geometry.vertices, axis=0).max()
+    if extent > SCAN.largest / METRES["mm"]:
+        raise InputError(f"{name}: expected a scan of at most {SCAN.largest:g} m, got {extent:.3g} by the file's unit")
     gap = SCAN.cell / 2 if extent <= SCAN.largest else SCAN.cell / 2 * extent / 5
     return sample_surface(geometry.vertices, geometry.faces, gap)

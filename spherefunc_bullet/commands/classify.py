@@ -29,7 +29,10 @@ BEST = 2  # number of functions that are shown then
 
 def classify(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Models or scans, folders of them, or - for names on stdin.")
+        list[Path],
+        typer.Argument(
+            metavar="FILE...", readable=False, help="Models or scans, folders of them, or - for names on stdin."
+        ),
     ],
     model: Model = None,
     backend: Annotated[

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import Material
 
 
-Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")]
-Standing = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they stand.")]
+# A file that cannot be read is reported like any other that fails, and costs the others nothing.
+Files = Annotated[list[Path], typer.Argument(metavar="FILE...", readable=False, help="Models or scans.")]
+Standing = Annotated[
+    list[Path], typer.Argument(metavar="FILE...", readable=False, help="Models or scans, as they stand.")
+]
 Model = Annotated[Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")]
 Backend = Annotated[str, typer.Option(help="Simulator that drops the spheres; `spherefunc backends` lists them.")]
 Shape = Annotated[str | None, typer.Option(help="Collision shape (bullet only).")]

@@ -24,7 +24,9 @@ Row = dict[str, Any]  # JSON entry of one file, or of one pose
 
 
 def poses(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, in any pose.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", readable=False, help="Models or scans, in any pose.")
+    ],
     backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast computes statics.")] = "bullet",
     drops: Annotated[int, typer.Option(min=1, help="Number of times that the object is dropped.")] = 100,
     fall: Annotated[

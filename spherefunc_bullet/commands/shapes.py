@@ -18,7 +18,10 @@ COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_c
 
 
 def shapes(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, their folders, or data sets.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", readable=False, help="Meshes, URDFs, their folders, or data sets."),
+    ],
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,

@@ -70,7 +70,7 @@ def open_dataset(data: str | Path) -> Dataset:
     path = Path(data)
     if os.path.isdir(path):
         manifest = path / "manifest.csv"
-        return read_manifest(manifest) if manifest.is_file() else read_label_folders(path)
+        return read_manifest(manifest) if os.path.isfile(manifest) else read_label_folders(path)
     if str(data) in (catalogues := catalogue_entry_points()):
         return read_manifest(built_catalogue(str(data)))
     if os.path.isfile(path) and path.suffix.lower() == ".csv":
@@ -198,7 +198,8 @@ def label_text(functions: Iterable[str], separator: str = ";") -> str:
 def read_label_folders(folder: Path) -> Dataset:
     """Read a folder of folders named for their label (``cup/``, ``none/``, ``table;sittable/``)."""
     objects = []
-    for label in sorted(path for path in folder.iterdir() if path.is_dir()):
+    for label in folders_in(folder):
+        folders_in(label)  # one that cannot be read has no files for rglob
         files = sorted(path for path in label.rglob("*") if path.suffix.lower() in SUFFIXES)
         functions = parse_functions(label.name) if files else frozenset()
         objects += [DatasetObject(path=path, functions=functions, category=label.name) for path in files]
@@ -209,6 +210,12 @@ def read_label_folders(folder: Path) -> Dataset:
     if outside is not None:
         raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
     return Dataset(folder.resolve().name, tuple(objects), folder)
+
+
+def folders_in(folder: Path) -> list[Path]:
+    """Return the folders in a folder, sorted, or raise InputError if it cannot be read."""
+    with explaining(f"{folder}: expected a folder that can be read", OSError, why="; "):
+        return sorted(path for path in folder.iterdir() if path.is_dir())
 
 
 def parse_shard(text: str | None) -> tuple[int, int]:

@@ -222,9 +222,9 @@ def prepare_folder(folder: Path | None):
 
 def require_place(file: Path, inputs: Iterable[Path] = ()):
     """Raise InputError for a file that cannot be written or is an input, before hours are spent on its content."""
-    if file.exists() and any(path.exists() and file.samefile(path) for path in inputs):
+    if os.path.exists(file) and any(os.path.exists(path) and file.samefile(path) for path in inputs):
         raise InputError(f"{file}: expected another file to write to, got an input, which would be lost")
     folder = file.absolute().parent
-    if file.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        came = "a folder" if file.is_dir() else "a folder that is missing or read-only"
+    if os.path.isdir(file) or not folder.is_dir() or not os.access(folder, os.W_OK):
+        came = "a folder" if os.path.isdir(file) else "a folder that is missing or read-only"
         raise InputError(f"{file}: expected a file that can be written, got {came}")

@@ -93,8 +93,9 @@ class _BinaryBody:
         """Return all rows at once if their lists have the same lengths as those of the first row, else None."""
         start, lengths = self.position, {}
         for prop in element.properties:
-            lengths[prop.name] = int(self.take(prop.count_kind or prop.kind, 1)[0])
+            (first,) = self.take(prop.count_kind or prop.kind, 1)
             if prop.count_kind:
+                lengths[prop.name] = int(first)
                 self.take(prop.kind, max(lengths[prop.name], 0))
         self.position = start
         dtype = _row_dtype(element, self.order, lengths)

@@ -169,3 +169,19 @@ def test_objects_that_are_called_alike_are_told_apart_and_copies_keep_to_their_o
     names, originals = distinct_names(objects)
     assert names == ["early.ply", "mug.ply", "0.ply", "two/mug.ply", "1.ply", "cup.ply"]
     assert originals == ["mug.ply", "", "mug.ply", "", "two/mug.ply", "gone.ply"]
+
+
+@pytest.mark.parametrize("closed", [".", "cup"])
+def test_a_folder_that_cannot_be_read_is_named(tmp_path, monkeypatch, closed):
+    (tmp_path / "cup").mkdir()
+    (tmp_path / "cup" / "mug.ply").write_text("")
+    listed = Path.iterdir
+
+    def iterdir(folder):  # root may read any
+        if folder == tmp_path / closed:
+            raise PermissionError(13, "Permission denied")
+        return listed(folder)
+
+    monkeypatch.setattr(Path, "iterdir", iterdir)
+    with pytest.raises(InputError, match="expected a folder that can be read; .*Permission denied"):
+        open_dataset(tmp_path)

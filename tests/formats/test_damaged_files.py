@@ -333,3 +333,17 @@ def test_damage_gives_a_cloud_or_one_line(tmp_path, kind, choice):
         assert "\n" not in str(error) and str(error).startswith((path.name, str(path)))
     else:
         assert isinstance(cloud, Cloud) and np.isfinite(cloud.points).all()
+
+
+@pytest.mark.parametrize("number", ["nan", "inf"])
+def test_a_ply_may_begin_with_a_point_that_was_not_seen(tmp_path, number):
+    points = np.random.default_rng(0).random((40, 3))
+    points[0] = float(number)
+    head = "ply\nformat {} 1.0\nelement vertex 40\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    text = head.format("ascii") + "\n".join(" ".join(map(str, row)) for row in points) + "\n"
+    (tmp_path / "text.ply").write_text(text)
+    (tmp_path / "binary.ply").write_bytes(head.format("binary_little_endian").encode() + points.astype("<f4").tobytes())
+    for name in ("text.ply", "binary.ply"):
+        lines = []
+        assert len(load_cloud(tmp_path / name, report=lines.append)) == 39
+        assert lines == [f"{name}: dropped 1 of 40 points that are not finite"]

@@ -285,3 +285,9 @@ def test_a_single_plane_has_no_objects_and_is_no_error(tmp_path):
     assert json.loads(done.stdout)["objects"] == []
     assert json.loads((tmp_path / "plane.json").read_text())["places"] == []
     assert "no objects" in done.stderr
+
+
+def test_a_mesh_of_no_possible_size_is_no_scan(tmp_path):
+    (tmp_path / "huge.obj").write_text("v 0 0 0\nv 1e300 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\n")
+    with pytest.raises(InputError, match=r"huge.obj: expected a scan of at most 60 m, got 1e\+300"):
+        load_scan(tmp_path / "huge.obj")
