@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.files import writing
+from spherefunc_bullet.formats.files import write_whole, writing
 
 from ..evaluation.impaired import (
     COPIES_LEARNT,
@@ -118,8 +119,9 @@ def figure_file(path: Path, size: tuple[float, float], layout: str | None = None
     require_ending(path)
     with matplotlib.rc_context(STYLE), writing(path):
         yield (figure := Figure(figsize=size, dpi=DPI, layout=layout))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+        ending, drawn = path.suffix.lower()[1:], io.BytesIO()
+        figure.savefig(drawn, format=ending, dpi=DPI, metadata={"Date": None} if ending == "svg" else None)
+        write_whole(path, drawn.getvalue())
 
 
 def require_ending(path: Path):

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 IN_FLIGHT = 256  # tasks that an executor has at a time: enough for that many workers, and few enough to be sent
-PATIENCE = "15s"  # time to find the scheduler
+PATIENCE = 15.0  # seconds to find the scheduler
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,6 +166,22 @@ def pass_on(remote: Any, local: Future):
             local.set_exception(error)
 
 
+def within(seconds: float, call: Callable[[], Any]) -> Any:
+    """Return the result of a call, or raise TimeoutError: Dask waits without end for a server that is no scheduler."""
+    done = Future()
+
+    def run():
+        try:
+            done.set_result(call())
+        except BaseException as error:
+            done.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    if not wait([done], seconds).done:
+        raise TimeoutError(f"no answer within {seconds:g} s; is it the port of a dashboard?")
+    return done.result()
+
+
 @contextmanager
 def on_scheduler(
     address: str, folder: RunFolder, limits: ObjectLimits, *, shared_path: bool = False
@@ -181,6 +197,6 @@ def on_scheduler(
         from distributed import Client
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what is lost is repeated, or one line here
     with explaining(f"--scheduler {address}: expected a Dask scheduler that answers", OSError, ValueError, why="; "):
-        client = Client(address, timeout=PATIENCE)
+        client = within(2 * PATIENCE, lambda: Client(address, timeout=PATIENCE))
     with client:
         yield on_executor(DaskExecutor(client=client), folder, limits, shared_path=shared_path)

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -20,7 +21,7 @@ from batch_runs import SCRIPT, arrays, results, rows, scraps, small_objects
 from mishaps import MishapSimulator
 
 from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
-from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_scheduler
+from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_scheduler, within
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
@@ -157,7 +158,25 @@ def test_what_was_fetched_counts_although_its_worker_is_lost_then():
 
 def test_no_scheduler_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install -e '.[cluster]'")
-    monkeypatch.setattr("spherefunc_bullet.batch.cluster.PATIENCE", "1s")
+    monkeypatch.setattr("spherefunc_bullet.batch.cluster.PATIENCE", 1.0)
     with pytest.raises(InputError, match="expected a Dask scheduler that answers"):
         with on_scheduler("tcp://127.0.0.1:9", RunFolder(tmp_path), ObjectLimits()):
             pass
+
+
+def test_a_server_that_is_no_scheduler_is_not_waited_for(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("spherefunc_bullet.batch.cluster.PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        with pytest.raises(InputError, match=f"{port}: expected a Dask scheduler that answers"):
+            with on_scheduler(f"tcp://127.0.0.1:{port}", RunFolder(tmp_path), ObjectLimits()):
+                pass
+
+
+def test_what_does_not_return_is_given_up():
+    never = threading.Event()
+    with pytest.raises(TimeoutError, match="no answer within 0.1 s"):
+        within(0.1, never.wait)
+    never.set()
+    assert within(5.0, lambda: 3) == 3
