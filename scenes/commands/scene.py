@@ -102,13 +102,9 @@ def scene(
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
     steps = steps_of(complete)
-    require_beside(
-        "--frames",
-        frames is not None,
-        {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
-        | {"--put": put, "--places": places or None, "--units": None if units == "auto" else units},
-        {"--poses": poses, "--every": every},
-    )
+    alone = {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
+    alone |= {"--put": put, "--places": places or None, "--units": None if units == "auto" else units}
+    require_beside("--frames", frames is not None, alone, {"--poses": poses, "--every": every})
     if (place := frames or file) is None:
         raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     stem = place.stem if frames is None else place.resolve().name

@@ -171,6 +171,7 @@ def within(seconds: float, call: Callable[[], Any]) -> Any:
     done = Future()
 
     def run():
+        """Pass the result or the error on."""
         try:
             done.set_result(call())
         except BaseException as error:
