@@ -116,7 +116,7 @@ def scene(
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    require_source(file, units, intrinsics=intrinsics, color=color, depth_scale=depth_scale)
+    require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
     to_put = None if put is None else cloud_and_frame(put)
     scan = bag_scan(file, topic, time) or read_scan(file, units, intrinsics, color, depth_scale)
     up = "z" if up == "auto" and scan.level_frame is not None else up
@@ -165,13 +165,13 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
     return None
 
 
-def require_source(file: Path, units: str, **images: object):
+def require_source(file: Path, units: str, images: dict[str, object]):
     """Raise InputError for options that do not go with the file."""
     from ..ros.bag import is_bag
     from ..scans.depth_image import IMAGES, require_depth_image
 
     image, bag = file.suffix.lower() in IMAGES, is_bag(file)
-    require_depth_image(image, file.name, **images)
+    require_depth_image(image, file.name, images)
     if units != "auto" and (image or bag):
         raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")
 

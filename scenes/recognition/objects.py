@@ -107,7 +107,7 @@ def find_objects(
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
     is_image = is_depth_image(scan, intrinsics)
     came = "a scan without intrinsics" if intrinsics is None else one_line(scan)
-    require_depth_image(is_image, came, intrinsics=intrinsics, color=color, depth_scale=depth_scale)
+    require_depth_image(is_image, came, {"intrinsics=": intrinsics, "color=": color, "depth_scale=": depth_scale})
     if is_image:
         given = (scan, intrinsics, color)
         image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)

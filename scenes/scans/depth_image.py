@@ -137,11 +137,11 @@ def in_metres(depth: np.ndarray, depth_scale: float | None, name: str) -> np.nda
     return depth.astype(np.float64) if depth.dtype.kind == "f" else depth / (depth_scale or SCALE)
 
 
-def require_depth_image(is_image: bool, name: str, **options: object):
+def require_depth_image(is_image: bool, name: str, options: dict[str, object]):
     """Raise InputError for options of depth images, where the scan is none."""
     for option, value in options.items():
         if value is not None and not is_image:
-            raise InputError(f"{option}=: expected with a depth image ({', '.join(IMAGES)}), got {name}")
+            raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {name}")
 
 
 def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:

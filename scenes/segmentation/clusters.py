@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.clouds.hulls import convex_outline
+from spherefunc_bullet.clouds.hulls import hull_corners
 from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
@@ -142,8 +142,7 @@ def bounding_box(points: np.ndarray) -> Box:
 
     One of its sides runs along an edge of the convex hull, as that of least area always does.
     """
-    outline = convex_outline(points[:, :2])
-    x, y, width, depth, angle = least_rectangle(outline)
+    x, y, width, depth, angle = least_rectangle(hull_corners(points[:, :2]))
     bottom, top = points[:, 2].min(), points[:, 2].max()
     return Box(center=np.array([x, y, (bottom + top) / 2]), size=np.array([width, depth, top - bottom]), yaw=angle)
 

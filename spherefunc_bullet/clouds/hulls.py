@@ -1,20 +1,20 @@
-"""Convex hulls of points on the ground, in compiled loops; for the outlines of single profiles see `columns`."""
+"""Convex hulls of many small sets of points, in compiled loops.
+
+A single classification does without: for that, `outline` takes less time than loading these.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..processes.compilation import lean_njit
-from .outline import well_within
+from .outline import STRAIGHT, well_within
 
-_STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are collinear up to rounding
 _MANY = 1000  # points; with fewer, it is not worth finding those within the others
 
 
-def convex_outline(points: np.ndarray, slack: float = _STRAIGHT) -> np.ndarray:
+def hull_corners(points: np.ndarray, slack: float = STRAIGHT) -> np.ndarray:
     """Return the corners (K, 2) of the convex hull of points (N, 2), counterclockwise; fewer than 3 for a line.
-
-    SciPy's hull has the same corners, but loading it takes longer than most classifications.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .cloud import Cloud, Mesh, centre_on_ground, placed
-from .outline import corners_of
+from .outline import convex_outline, corners_of, well_within
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -211,9 +211,7 @@ def heading(cloud: Cloud) -> float:
 
 def heading_of(places: np.ndarray) -> float:
     """Return the heading of points on the ground (N, 2), metres; see `heading`."""
-    from .hulls import convex_outline  # compiled: not needed for an answer that is kept
-
-    corners = convex_outline(places)
+    corners = convex_outline(places[~well_within(places)])
     if len(corners) < 3:  # a line or a point
         return 0.0
     edges = np.roll(corners, -1, axis=0) - corners

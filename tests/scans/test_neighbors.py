@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
+from spherefunc_bullet.clouds.hulls import hull_corners
 from spherefunc_bullet.clouds.outline import well_within
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, NearPoints, cells, crowded
@@ -68,6 +69,15 @@ def test_an_outline_has_the_corners_of_the_hull(count: int, step: float):
     assert np.isclose(np.abs(np.linalg.det(outline_triangles(outline.corners))).sum() / 2, hull.volume)
     corners = {tuple(corner) for corner in outline.corners}
     assert {tuple(points[k]) for k in hull.vertices} == corners
+
+
+@pytest.mark.parametrize("count", [3, 999, 1001])
+def test_corners_of_many_hulls_are_qhull_s(count: int):
+    for points in (scattered(count)[:, :2], np.round(scattered(count)[:, :2], 2)):
+        hull = {tuple(points[k]) for k in ConvexHull(points).vertices}
+        assert {tuple(corner) for corner in hull_corners(points)} == hull
+    line = np.outer(np.linspace(0, 1, count), [1.0, 2.0])
+    assert len(hull_corners(line)) == 2 and len(hull_corners(np.ones((count, 2)))) == 1
 
 
 def outline_triangles(corners: np.ndarray) -> np.ndarray:
