@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import zipfile
 
 import clouds
@@ -199,13 +200,17 @@ def test_cache_that_cannot_be_written_costs_only_the_cache(files, tmp_path, monk
 
 
 def test_an_interruption_while_an_entry_is_packed_stays_an_interruption(monkeypatch):
-    def interrupted(archive, *_, **__):
-        archive._writing = True  # as zipfile leaves it when Ctrl-C comes right after
-        raise KeyboardInterrupt
+    whole, opened, handler = zipfile.ZipFile.open, [], signal.getsignal(signal.SIGINT)
+
+    def interrupted(archive, name, *more, **options):
+        opened.append(name)
+        signal.raise_signal(signal.SIGINT)
+        return whole(archive, name, *more, **options)
 
     monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        packed({"centers": np.zeros((3, 3))})
+        packed({"centers": np.zeros((3, 3)), "seconds": np.zeros(1)})
+    assert opened == ["centers.npy", "seconds.npy"] and signal.getsignal(signal.SIGINT) is handler
 
 
 def test_a_record_says_what_its_runs_took_and_made_them(files):
