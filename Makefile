@@ -35,7 +35,7 @@ PYTHON ?= python3
 PACKAGES := *
 
 packages: tools  ## wheel and source package, in build/packages
-	@rm -rf build/packages && mkdir -p build/packages
+	@rm -rf build/packages build/bdist.* build/lib && mkdir -p build/packages  # also what an interrupted run left
 	@$(BIN)/python -m pip wheel -q --no-deps -w build/packages .
 	@$(BIN)/python -c "import setuptools.build_meta as b; b.build_sdist('build/packages')" >/dev/null 2>&1
 
