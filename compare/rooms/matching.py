@@ -138,7 +138,7 @@ class MatchResult:
 
     @property
     def sure(self) -> bool:
-        """Whether it is a claim whose score is not uncertain."""
+        """Whether it is a claim whose score leaves no doubt."""
         return self.claim is not None and self.function not in self.claim.unsure
 
 

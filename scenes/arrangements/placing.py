@@ -25,9 +25,8 @@ class Placement(CheckedSettings):
 
     x: float = amount(0.0, least=-1e6, most=1e6)  # metres
     y: float = amount(0.0, least=-1e6, most=1e6)
-    z: float | None = amount(
-        None, most=1e6
-    )  # metres above the ground; None: lowered from above until something carries it
+    # Metres above the ground; None: lowered from above until something carries it.
+    z: float | None = amount(None, most=1e6)
     heading_deg: float = amount(0.0, least=-math.inf)  # counterclockwise about the vertical
 
 
