@@ -200,7 +200,8 @@ def test_cache_that_cannot_be_written_costs_only_the_cache(files, tmp_path, monk
 
 
 def test_an_interruption_while_an_entry_is_packed_stays_an_interruption(monkeypatch):
-    whole, opened, handler = zipfile.ZipFile.open, [], signal.getsignal(signal.SIGINT)
+    whole, opened, handler = zipfile.ZipFile.open, [], signal.default_int_handler
+    before = signal.signal(signal.SIGINT, handler)  # a shell starts what runs in the background without one
 
     def interrupted(archive, name, *more, **options):
         opened.append(name)
@@ -208,9 +209,12 @@ def test_an_interruption_while_an_entry_is_packed_stays_an_interruption(monkeypa
         return whole(archive, name, *more, **options)
 
     monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        packed({"centers": np.zeros((3, 3)), "seconds": np.zeros(1)})
-    assert opened == ["centers.npy", "seconds.npy"] and signal.getsignal(signal.SIGINT) is handler
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            packed({"centers": np.zeros((3, 3)), "seconds": np.zeros(1)})
+        assert opened == ["centers.npy", "seconds.npy"] and signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_record_says_what_its_runs_took_and_made_them(files):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,12 +56,41 @@ def drawn_once(page: Path, folder: Path, size: tuple[int, int], budget: int) -> 
 
     picture = folder / "page.png"
     folder.mkdir()
-    flags = [*FLAGS, f"--window-size={size[0]},{size[1]}", f"--virtual-time-budget={budget}"]
-    command = [CHROMIUM, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={picture}", page.as_uri()]
-    try:
-        said = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HUNG).stderr
-    except subprocess.TimeoutExpired:  # it happens where the machine is busy; a blank picture is taken again
-        said = ""
+    said = run_browser(
+        page, folder, budget, *FLAGS, f"--window-size={size[0]},{size[1]}", f"--screenshot={picture}"
+    ).stderr
     console = [line for line in said.splitlines() if "CONSOLE" in line and OWN_HINT not in line]
     image = Image.open(picture).convert("RGB") if picture.exists() else Image.new("RGB", size, "white")
     return Drawn(np.asarray(image, float), console)
+
+
+def document(
+    page: Path, folder: Path, shows: Callable[[str], object], flags: Sequence[str] = FLAGS, *, size=(900, 700)
+) -> str:
+    """Return what a page became, as HTML without its programs, as `draw` waits for it."""
+    for turn, patience in enumerate(PATIENCE):
+        ran = run_browser(
+            page,
+            folder / f"browser_{turn}",
+            3000 * patience,
+            *flags,
+            f"--window-size={size[0]},{size[1]}",
+            "--dump-dom",
+        )
+        became = re.sub(r"<script.*?</script>", "", ran.stdout, flags=re.DOTALL)
+        if shows(became):
+            break
+    return became
+
+
+def run_browser(page: Path, folder: Path, budget: int, *flags: str) -> subprocess.CompletedProcess:
+    """Open a page for so many milliseconds of its own time; nothing is said where the browser hangs.
+
+    That happens where the machine is busy; whoever asked then asks again.
+    """
+    options = [*flags, f"--virtual-time-budget={budget}", f"--user-data-dir={folder}/profile"]
+    command = [CHROMIUM, *options, page.as_uri()]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=False, timeout=HUNG)
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(command, 1, "", "")

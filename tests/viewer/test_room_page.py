@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, FLAGS, needs_browser
+from browser import document, needs_browser
 
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.room import THRESHOLDS, Room, SceneObject
@@ -57,17 +56,18 @@ def crowded() -> tuple[Scan, Room]:
     )
 
 
+def written(shown: str) -> list[tuple[str, str]]:
+    """Return each name that was written, and the numbers that `RECORD` kept of it."""
+    return re.findall(r"&quot;(cup [\d.]+)&quot;,\[([\d.,-]+)\]", shown)
+
+
 @needs_browser
 @pytest.mark.slow
 def test_no_name_in_the_page_lies_over_another(tmp_path):
     page = tmp_path / "room.html"
     page.write_text(room_page(*crowded()).replace("</head>", RECORD, 1))
-    flags = [*FLAGS, "--virtual-time-budget=5000", "--window-size=900,700", f"--user-data-dir={tmp_path}/profile"]
-    shown = subprocess.run([CHROMIUM, *flags, "--dump-dom", page.as_uri()], capture_output=True, text=True, check=False)
-    found = re.search(r'data-written="([^"]*)"', shown.stdout)
-    assert found, shown.stderr[-500:]
-    texts = re.findall(r"&quot;(cup [\d.]+)&quot;,\[([\d.,-]+)\]", found[1])
-    places = [tuple(float(number) for number in numbers.split(",")) for _, numbers in texts]
+    shown = document(page, tmp_path, lambda shown: len(written(shown)) == 12)
+    places = [tuple(float(number) for number in numbers.split(",")) for _, numbers in written(shown)]
     assert len(places) == 12
     for k, (x, y, width, size) in enumerate(places):
         for other_x, other_y, other_width, _ in places[:k]:
