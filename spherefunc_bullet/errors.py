@@ -81,9 +81,27 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
             raise InputError(f"{what} {name!r}: expected some of {', '.join(expected)}")
 
 
+def require_kind(name: str, value: object, kind: type):
+    """Raise InputError unless a value is None or of a class.
+
+    Examples
+    --------
+    >>> require_kind("settings", 3, dict)
+    Traceback (most recent call last):
+    ...
+    spherefunc_bullet.errors.InputError: settings: expected a dict, got 3
+    """
+    if value is not None and not isinstance(value, kind):
+        raise InputError(f"{name}: expected a {kind.__name__}, got {one_line(repr(value)):.200}")
+
+
 def amount(default: Any, **limits: float) -> Any:
-    """Return a dataclass field for a setting with its range, see `require_amount`; None is allowed as a default."""
-    return field(default=default, metadata={"limits": limits})
+    """Return a dataclass field for a setting with its range, see `require_amount`; None is allowed as a default.
+
+    A function as the default is called for each new object.
+    """
+    kept = "default_factory" if callable(default) else "default"
+    return field(**{kept: default}, metadata={"limits": limits})
 
 
 class CheckedSettings:

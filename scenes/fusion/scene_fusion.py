@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError, explaining, require_known
+from spherefunc_bullet.errors import InputError, explaining, require_kind, require_known
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
@@ -18,6 +18,7 @@ from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
 from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_depth
+from ..scans.gravity import given_up
 from ..scans.scan import Scan, scan_from_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
@@ -59,8 +60,8 @@ class SceneFusion:
         The simulator that the model must be for; by default ``fast`` where no model is given.
     fusion : FusionSettings, optional
     settings : Segmentation, optional
-    up : str
-        ``auto`` (by floor and cameras), an axis (``z``, ``-y``), or numbers ``x,y,z``.
+    up : str or (3,) array_like
+        ``auto`` (by floor and cameras), an axis (``z``, ``-y``), numbers ``x,y,z``, or a vector.
     completion, proposals
         See `recognition.recognise`.
     """
@@ -72,14 +73,15 @@ class SceneFusion:
         *,
         fusion: FusionSettings | None = None,
         settings: Segmentation | None = None,
-        up: str = "auto",
+        up: str | ArrayLike = "auto",
         completion: Sequence[str] = DEFAULT,
         proposals: Sequence[str] = KINDS,
     ):
         require_known("completion", completion, STEPS)
         require_known("proposals", proposals, KINDS)
+        require_kind("fusion", fusion, FusionSettings)
         shipped = shipped_model(backend or "fast", scans=True) if model is None else model
-        self.model, self.up = inference_model(shipped, backend), up
+        self.model, self.up = inference_model(shipped, backend), given_up(up)
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}
         self.fusion = fusion or FusionSettings()
         self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()
@@ -190,7 +192,7 @@ class SceneFusion:
 
 def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
     """Return the room recognised in a map, whatever the orientation of its frame."""
-    if fusion.up != "auto":
+    if fusion.up is not None:
         return recognise(scan, fusion.model, up=fusion.up, **fusion.how)
     T_turned_scan = upright_by_cameras(scan.points, [view.T_world_camera for view in fusion.views])
     turned = replace(scan, points=scan.points @ T_turned_scan[:3, :3].T + T_turned_scan[:3, 3])

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.formats.units import Stopwatch
@@ -88,7 +89,7 @@ PAPER = "paper"  # the method's name
 
 
 def recognise_as_paper(
-    scan: Scan, model: FunctionModel, *, up: str = "auto", settings: Segmentation | None = None
+    scan: Scan, model: FunctionModel, *, up: str | ArrayLike = "auto", settings: Segmentation | None = None
 ) -> Room:
     """Find the objects of a scan and classify each, as in the paper.
 

@@ -62,7 +62,7 @@ def find_objects(
     scan: Anything,
     *,
     units: str = "auto",
-    up: str = "auto",
+    up: str | ArrayLike = "auto",
     model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
     settings: Segmentation | None = None,
@@ -78,8 +78,8 @@ def find_objects(
     scan : path, (N, 3) array_like, Open3D or trimesh object, Scan
     units : {"m", "cm", "mm", "in", "auto"}
         ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and warns of that.
-    up : str
-        ``auto`` (by the floor), an axis (``z``, ``-y``), or numbers ``x,y,z``.
+    up : str or (3,) array_like
+        ``auto`` (by the floor), an axis (``z``, ``-y``), numbers ``x,y,z``, or a vector.
     model : path or CloudClassifier, optional
         By default the one for scans that ships with the package.
     backend : str, optional

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from spherefunc_bullet.clouds.cloud import corners_of
+from spherefunc_bullet.errors import require_kind
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
@@ -110,7 +112,7 @@ def recognise(
     scan: Scan,
     model: FunctionModel,
     *,
-    up: str = "auto",
+    up: str | ArrayLike = "auto",
     settings: Segmentation | None = None,
     completion: Sequence[str] = DEFAULT,
     proposals: Sequence[str] = KINDS,
@@ -122,7 +124,7 @@ def recognise(
     scan : Scan
     model : FunctionModel
         Trained on whole models, as in the paper, or on scans.
-    up : str
+    up : str or (3,) array_like
         See `levelling.level`.
     settings : Segmentation
     completion : sequence of str
@@ -130,6 +132,7 @@ def recognise(
     proposals : sequence of {"clusters", "pools"}
         See `proposals.propose`.
     """
+    require_kind("settings", settings, Segmentation)
     settings, watch = settings or Segmentation(), Stopwatch()
     fine = cells(scan.points, POOL.spacing) if len(scan) > RECOGNITION.many else None
     seen = scan.points if fine is None else fine.means

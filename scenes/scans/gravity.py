@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, one_line
 
 from ..settings import SCAN
 from .cells import cells
@@ -56,25 +57,29 @@ def patches_of_size(points: np.ndarray, side: float) -> Patches:
 CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)))
 
 
-def axis_up(up: str) -> np.ndarray:
-    """Return the unit vector (3,) of an axis such as ``z`` or ``-y``, or of ``x,y,z`` in numbers.
+def axis_up(up: str | ArrayLike) -> np.ndarray:
+    """Return the unit vector (3,) of an axis such as ``z`` or ``-y``, of ``x,y,z`` in numbers, or of a vector (3,).
 
     Raises
     ------
     InputError
         If it is neither.
     """
-    sign, axis = (-1.0, up[1:]) if up.startswith("-") and "," not in up else (1.0, up)
-    if axis in ("x", "y", "z"):
-        return sign * np.eye(3)["xyz".index(axis)]
     try:
-        vector = np.array([float(number) for number in up.split(",")])
+        if isinstance(up, str) and up.removeprefix("-") in ("x", "y", "z"):
+            return (-1.0 if up[0] == "-" else 1.0) * np.eye(3)["xyz".index(up[-1])]
+        vector = np.array(up.split(",") if isinstance(up, str) else up, float)
         length = np.linalg.norm(vector)
         if vector.shape == (3,) and np.isfinite(length) and length > 0:
             return vector / length
-    except ValueError:
+    except (TypeError, ValueError):
         pass
-    raise InputError(f'up="{up}": expected auto, x, y, z, -x, -y, -z, or three numbers such as 0,-0.9,-0.4')
+    raise InputError(f'up="{one_line(up):.200}": expected auto, x, y, z, -x, -y, -z, or a vector such as 0,-0.9,-0.4')
+
+
+def given_up(up: str | ArrayLike) -> np.ndarray | None:
+    """Return the unit vector (3,) that `axis_up` makes of a direction; None for ``auto``."""
+    return None if isinstance(up, str) and up == "auto" else axis_up(up)
 
 
 def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:

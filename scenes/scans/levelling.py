@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError
 
 from ..settings import SCAN
 from .cells import cells
-from .gravity import Patches, axis_up, camera_frame, facing_normals, find_patches, refined_up, seen_gravity
+from .gravity import Patches, camera_frame, facing_normals, find_patches, given_up, refined_up, seen_gravity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +42,7 @@ class Levelling:
         return (points - self.T_level_scan[:3, 3]) @ self.T_level_scan[:3, :3]
 
 
-def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
+def level(points: np.ndarray, up: str | ArrayLike = "auto", name: str = "scan") -> Levelling:
     """Find gravity and the floor of a scan (paper, §IV-C).
 
     The floor is the lowest large level plane, not the largest, since a wall or a table top can be larger. If no floor
@@ -51,7 +52,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
     Parameters
     ----------
     points : (N, 3) float64, metres, finite
-    up : str
+    up : str or (3,) array_like
         ``auto``, or the axis or the vector that points up, which is then used unchanged.
     name : str
         What errors call the scan.
@@ -61,20 +62,18 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
     InputError
         If ``up`` is no direction, or the points have no extent.
     """
-    patches = find_patches(points)
-    likely, camera = camera_frame(points)
-    if up != "auto":
-        likely, camera = axis_up(up), None
-    seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
+    given, patches = given_up(up), find_patches(points)
+    likely, camera = camera_frame(points) if given is None else (given, None)
+    seen = seen_gravity(patches, likely, camera) if given is None and len(patches) else None
     upward = likely if seen is None else seen
     facing = facing_normals(patches, upward, camera) @ upward > np.cos(SCAN.aligned)
     plane = lowest_large_plane(points, patches[facing], upward)
     if plane is None:
         transform = level_transform(upward, float(np.percentile(points @ upward, 0.5)))
-        source = "given" if up != "auto" else "assumed"
+        source = "assumed" if given is None else "given"
         return Levelling(T_level_scan=transform, source=source, floor_seen=False, noise=None)
     height, area = plane
-    upward, height, noise = fitted_plane(points, upward, height, up != "auto")
+    upward, height, noise = fitted_plane(points, upward, height, given is not None)
     if seen is not None:
         joint = refined_up(patches.normals, patches.areas, seen, upward * np.sqrt(area))
         inside = np.abs(points @ upward - height) < SCAN.fit
@@ -156,13 +155,13 @@ def level_transform(up: np.ndarray, height: float) -> np.ndarray:
     return transform
 
 
-def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
+def level_by_ransac(points: np.ndarray, up: str | ArrayLike = "auto", name: str = "scan") -> Levelling:
     """Level a scan by the plane of most points, which is taken for the floor.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, finite
-    up : str
+    up : str or (3,) array_like
         ``auto``, or the axis or the vector that the plane's upper side faces.
     name : str
         What errors call the scan.
@@ -172,7 +171,8 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    likely = axis_up(up) if up != "auto" else camera_frame(points)[0]
+    given = given_up(up)
+    likely = camera_frame(points)[0] if given is None else given
     normal, height = largest_plane(cells(points, SCAN.cell).means, np.random.default_rng(0))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")

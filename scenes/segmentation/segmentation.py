@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount
 
 from ..scans.cells import cells
 from ..scans.gravity import Patches, find_patches
@@ -17,23 +17,21 @@ FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # labels of points of no object
 
 
 @dataclass(frozen=True, kw_only=True)
-class Segmentation:
+class Segmentation(CheckedSettings):
     """Settings of segmentation, named as in PCL's filters and EuclideanClusterExtraction."""
 
     # Metres, side of the voxels that thin the scan first.
-    leaf_size: float = field(default_factory=lambda: SEGMENTATION.leaf_size)
+    leaf_size: float = amount(lambda: SEGMENTATION.leaf_size, above=0.0, most=1.0)
     # Metres between neighbours of one cluster (paper, §IV-C).
-    cluster_tolerance: float = field(default_factory=lambda: SEGMENTATION.cluster_tolerance)
-    min_cluster_size: int = field(default_factory=lambda: SEGMENTATION.min_cluster_size)  # voxels
-    max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
+    cluster_tolerance: float = amount(lambda: SEGMENTATION.cluster_tolerance, above=0.0, most=1.0)
+    min_cluster_size: int = amount(lambda: SEGMENTATION.min_cluster_size, least=1)  # voxels
+    max_cluster_size: int = amount(2**31 - 1, least=1)  # voxels; PCL's default
 
     def __post_init__(self):
-        for name in ("leaf_size", "cluster_tolerance"):
-            if not 0 < getattr(self, name) < 1:
-                raise InputError(f"{name}: expected between 0 and 1 m, got {getattr(self, name):g}")
-        if not 1 <= self.min_cluster_size <= self.max_cluster_size:
+        super().__post_init__()
+        if self.min_cluster_size > self.max_cluster_size:
             sizes = f"{self.min_cluster_size} and {self.max_cluster_size}"
-            raise InputError(f"min_cluster_size and max_cluster_size: expected 1 or more, ascending, got {sizes}")
+            raise InputError(f"min_cluster_size and max_cluster_size: expected ascending sizes, got {sizes}")
 
 
 def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float | None = None) -> np.ndarray:

@@ -54,15 +54,15 @@ def built_once(folder: Path, build: Callable[[Path], object]) -> Path:
     """
     manifest = folder / "manifest.csv"
     if not manifest.is_file():
-        with writing(folder.parent, "a folder"):
+        with writing(folder.parent, "a folder, here or in $SPHEREFUNC_CACHE,"):
             folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-            build(Path(scratch) / folder.name)
-            try:
-                os.replace(Path(scratch) / folder.name, folder)
-            except OSError as error:  # the first to rename wins, the other's copy is dropped
-                if not manifest.is_file():
-                    raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+            with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+                build(Path(scratch) / folder.name)
+                try:
+                    os.replace(Path(scratch) / folder.name, folder)
+                except OSError:  # the first to rename wins, the other's copy is dropped
+                    if not manifest.is_file():
+                        raise
     return manifest
 
 

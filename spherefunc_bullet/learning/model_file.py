@@ -89,6 +89,8 @@ def save_model(model: CloudClassifier, path: str | Path):
         "random_state": model.random_state,
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
     }
+    if model.columns_ is not None:
+        about["columns"] = list(model.columns_)
     arrays = {"members": model.members_, "names": np.array(model.names_)}
     more, parts = cube_parts(model) if isinstance(model, CubeClassifier) else profile_parts(model)
     require_place(Path(path))
@@ -245,18 +247,24 @@ def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> Clou
         from .cube_classifier import CubeClassifier, fill_cubes, rebuilt_method
 
         model = CubeClassifier(simulator, method=rebuilt_method(about["method"]), **options)
-        fill_examples(model, about, arrays)
+        fill_training(model, about, arrays)
         fill_cubes(model, about, arrays)
         return model
     from .function_classifier import FunctionClassifier
 
     early = int(about["early"]["method"]["drops"]) if "early" in about else 0
     model = FunctionClassifier(simulator, drops=int(about["method"]["drops"]), early_drops=early, **options)
-    fill_examples(model, about, arrays)
+    fill_training(model, about, arrays)
     fill_profiles(model, about, arrays)
     if early:
         fill_early(model, model.of_drops(early), about, of_prefix(arrays, EARLY))
     return model
+
+
+def fill_training(model: CloudClassifier, about: About, arrays: Arrays):
+    """Set what `fill_examples` does, and the names of the columns of the indicator that a classifier learnt, if any."""
+    fill_examples(model, about, arrays)
+    model.columns_ = tuple(about["columns"]) if "columns" in about else None
 
 
 def fill_examples(model: FunctionModel, about: About, arrays: Arrays):

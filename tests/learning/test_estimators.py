@@ -86,7 +86,7 @@ def test_sets_in_and_sets_out(estimator, objects):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=["profile", "cubes"])
-def test_an_indicator_in_and_an_indicator_out(estimator, objects):
+def test_an_indicator_in_and_an_indicator_out(estimator, objects, tmp_path):
     y = MultiLabelBinarizer().fit_transform(SETS)
     model = clone(estimator).fit(objects, y)
     result = model.predict(objects)
@@ -96,6 +96,8 @@ def test_an_indicator_in_and_an_indicator_out(estimator, objects):
     assert np.array_equal(model.predict_proba(objects), by_sets.predict_proba(objects))
     assert model.score(objects, y) == by_sets.score(objects, SETS)
     assert f1_score(y, result, average="macro") > 0.8
+    sf.save_model(model, tmp_path / "model.npz")
+    assert np.array_equal(sf.load_model(tmp_path / "model.npz").predict(objects), result)
 
 
 def test_columns_keep_their_order_and_those_of_nobody():

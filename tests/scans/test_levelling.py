@@ -67,11 +67,11 @@ def test_a_wall_alone_gives_no_floor():
 
 def test_given_up_is_kept(points):
     up = np.array([0.0, 0.1, 1.0]) / np.hypot(0.1, 1.0)
-    assert np.allclose(level(points, "0,0.1,1").up, up)
+    assert np.allclose(level(points, "0,0.1,1").up, up) and np.allclose(level(points, [0, 0.1, 1]).up, up)
     assert np.allclose(level(points @ Rotation.from_euler("x", 90, degrees=True).as_matrix().T, "-y").up, [0, -1, 0])
 
 
-@pytest.mark.parametrize("up", ["w", "0,0,0", "1,2", "nan,0,1", ""])
+@pytest.mark.parametrize("up", ["w", "0,0,0", "1,2", "nan,0,1", "", "--z", 3, None, [1, 2]])
 def test_no_direction_is_refused(up):
     with pytest.raises(InputError, match="up="):
         axis_up(up)

@@ -98,7 +98,15 @@ def test_an_empty_room_has_no_objects():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"leaf_size": 0}, {"cluster_tolerance": -1}, {"min_cluster_size": 0}, {"max_cluster_size": 3}]
+    "wrong",
+    [
+        {"leaf_size": 0},
+        {"leaf_size": "1cm"},
+        {"cluster_tolerance": -1},
+        {"min_cluster_size": 0},
+        {"min_cluster_size": 2.5},
+        {"max_cluster_size": 3},
+    ],
 )
 def test_impossible_settings_are_refused(wrong):
     with pytest.raises(InputError):
