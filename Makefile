@@ -14,14 +14,14 @@ demo: setup  ## evaluate the built-in catalogue, classify a few objects, and wri
 tools:  ## what tests, style and documents need beside what runs
 	@./setup.sh --tests
 
-# Files of tests to three processes, since those of two cores wait a fifth of the time, in the order of tests/conftest.py.
-SIDE_BY_SIDE := -n 3 --dist loadfile --no-loadscope-reorder
+# Files of tests to two processes, in the order of tests/conftest.py.
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
 test: tools lint  ## style and all tests
-	@$(BIN)/python -m pytest $(SIDE_BY_SIDE)
+	@$(BIN)/python -m pytest $(TWO)
 
 quick: tools  ## the tests that are not marked as slow
-	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow"
+	@$(BIN)/python -m pytest $(TWO) -m "not slow"
 
 lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .
