@@ -18,7 +18,7 @@ from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
 from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_depth
-from ..scans.gravity import given_up
+from ..scans.gravity import up_vector
 from ..scans.scan import Scan, scan_from_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
@@ -81,7 +81,7 @@ class SceneFusion:
         require_known("proposals", proposals, KINDS)
         require_kind("fusion", fusion, FusionSettings)
         shipped = shipped_model(backend or "fast", scans=True) if model is None else model
-        self.model, self.up = inference_model(shipped, backend), given_up(up)
+        self.model, self.up = inference_model(shipped, backend), up_vector(up)
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}
         self.fusion = fusion or FusionSettings()
         self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()

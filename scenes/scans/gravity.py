@@ -77,7 +77,7 @@ def axis_up(up: str | ArrayLike) -> np.ndarray:
     raise InputError(f'up="{one_line(up):.200}": expected auto, x, y, z, -x, -y, -z, or a vector such as 0,-0.9,-0.4')
 
 
-def given_up(up: str | ArrayLike) -> np.ndarray | None:
+def up_vector(up: str | ArrayLike) -> np.ndarray | None:
     """Return the unit vector (3,) that `axis_up` makes of a direction; None for ``auto``."""
     return None if isinstance(up, str) and up == "auto" else axis_up(up)
 

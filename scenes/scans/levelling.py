@@ -11,7 +11,7 @@ from spherefunc_bullet.errors import InputError
 
 from ..settings import SCAN
 from .cells import cells
-from .gravity import Patches, camera_frame, facing_normals, find_patches, given_up, refined_up, seen_gravity
+from .gravity import Patches, camera_frame, facing_normals, find_patches, refined_up, seen_gravity, up_vector
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,7 +62,7 @@ def level(points: np.ndarray, up: str | ArrayLike = "auto", name: str = "scan") 
     InputError
         If ``up`` is no direction, or the points have no extent.
     """
-    given, patches = given_up(up), find_patches(points)
+    given, patches = up_vector(up), find_patches(points)
     likely, camera = camera_frame(points) if given is None else (given, None)
     seen = seen_gravity(patches, likely, camera) if given is None and len(patches) else None
     upward = likely if seen is None else seen
@@ -171,7 +171,7 @@ def level_by_ransac(points: np.ndarray, up: str | ArrayLike = "auto", name: str 
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    given = given_up(up)
+    given = up_vector(up)
     likely = camera_frame(points)[0] if given is None else given
     normal, height = largest_plane(cells(points, SCAN.cell).means, np.random.default_rng(0))
     if not np.isfinite(height):

@@ -67,7 +67,7 @@ def drawn_once(page: Path, folder: Path, size: tuple[int, int], budget: int) -> 
 def document(
     page: Path, folder: Path, shows: Callable[[str], object], flags: Sequence[str] = FLAGS, *, size=(900, 700)
 ) -> str:
-    """Return what a page became, as HTML without its programs, as `draw` waits for it."""
+    """Return the HTML of a page after its scripts ran, without these; tried again as by `draw`."""
     for turn, patience in enumerate(PATIENCE):
         ran = run_browser(
             page,
@@ -84,9 +84,9 @@ def document(
 
 
 def run_browser(page: Path, folder: Path, budget: int, *flags: str) -> subprocess.CompletedProcess:
-    """Open a page for so many milliseconds of its own time; nothing is said where the browser hangs.
+    """Open a page for so many milliseconds of its own time; the output of a browser that hangs is empty.
 
-    That happens where the machine is busy; whoever asked then asks again.
+    It hangs now and then on a busy machine; callers try again.
     """
     options = [*flags, f"--virtual-time-budget={budget}", f"--user-data-dir={folder}/profile"]
     command = [CHROMIUM, *options, page.as_uri()]
