@@ -11,13 +11,20 @@ import json
 import logging
 import os
 import re
+import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import Any
 
 from .errors import InputError, one_line
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no room is left: of the disk, of the user's share, of a file
+REFUSED = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS)  # by the system, for the name of a file
+INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
+AGAIN = 3.0  # seconds after which Ctrl-C is raised again, where a library has swallowed it
+SOON = 0.05  # seconds after which it is tried again during an import
 _shown: list[str] = []  # the progress bar on the terminal, at most one
 # Arguments that errors of the library name as in Python; on the command line they are options, see `as_options`.
 _ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale", "intrinsics", "color")
@@ -152,21 +159,66 @@ def fail(error: InputError) -> int:
 
 
 def run(main: Callable[[], object]):
-    """Run a program; a user's mistake is one line on stderr and exit code 2."""
+    """Run a program; a user's mistake is one line on stderr and exit code 2, Ctrl-C one line and exit code 130."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by the caller, as by ``2>&-``
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - as long as the program runs
+        getattr(sys, name).reconfigure(errors="backslashreplace")  # what the locale has no letter for, such as ²
     try:
-        try:
-            main()
-        finally:
-            sys.stdout.flush()
+        with ended_by_ctrl_c():
+            try:
+                main()
+            finally:
+                sys.stdout.flush()
     except InputError as error:
         sys.exit(fail(error))
     except OSError as error:
+        if error.errno in REFUSED and error.filename is not None:
+            sys.exit(fail(InputError(f"{error.filename}: expected a file that can be used; {error.strerror}")))
         if error.errno not in (*FULL, errno.EPIPE):
             raise
         closed = error.errno == errno.EPIPE  # nobody reads on, as after ``| head``
         code = 1 if closed else fail(InputError(f"output: expected room to write to; {error.strerror}"))
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in it cannot be written at the end either
         sys.exit(code)
+
+
+@contextmanager
+def ended_by_ctrl_c() -> Iterator[None]:
+    """Let Ctrl-C end the program with one line and exit code 130, even where a library catches every exception.
+
+    KeyboardInterrupt is raised again until the program ends. It waits for the end of an import, which it would leave
+    half done. If the program was started without Ctrl-C, as a shell does in the background, nothing changes.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler or not hasattr(signal, "setitimer"):
+        yield
+        return
+    came = []
+
+    def interrupt(number: int, frame: FrameType | None):
+        if not came:
+            with suppress(OSError):
+                os.write(2, b"spherefunc: interrupted\n")  # the stream itself may be in the middle of a write
+            sys.unraisablehook = lambda swallowed: None  # it is raised again
+        came.append(number)
+        waits = importing(frame)
+        signal.setitimer(signal.ITIMER_REAL, SOON if waits else AGAIN)
+        if not waits:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGALRM)}
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            sys.exit(INTERRUPTED)
+
+
+def importing(frame: FrameType | None) -> bool:
+    """Return whether a frame, or one that has called it, imports a module."""
+    while frame is not None and not frame.f_code.co_filename.startswith("<frozen importlib"):
+        frame = frame.f_back
+    return frame is not None

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.batch import INTERRUPTED
 from spherefunc_bullet.commands.options import Jobs, Json, MissLimit, RunDir
-from spherefunc_bullet.console import Failures, print_json, print_table, say, show
+from spherefunc_bullet.console import INTERRUPTED, Failures, print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer.core import TyperGroup
 
-from ..console import Failures, print_json, print_table, progress, say, show
+from ..console import INTERRUPTED, Failures, print_json, print_table, progress, say, show
 from ..errors import InputError
 from . import options
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch
-
-INTERRUPTED = 130  # what shells expect after Ctrl-C
 
 
 class RunOrMerge(TyperGroup):

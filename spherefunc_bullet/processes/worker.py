@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def start_process(
     ours, theirs = context().Pipe()
     arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level, memory_limit)
     process = context().Process(target=serve, args=arguments, daemon=True)
-    with _starting, environment_of_server():
+    with _starting, environment_of_server(), without_ctrl_c():
         process.start()
     theirs.close()
     return process, ours
@@ -85,6 +86,20 @@ def environment_of_server() -> Iterator[None]:
         for name in wanted:
             os.environ.pop(name)
         os.environ.update(before)
+
+
+@contextmanager
+def without_ctrl_c() -> Iterator[None]:
+    """Let Ctrl-C wait until a process is started, which inherits that: the parent handles Ctrl-C and ends it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # to start it later would let Ctrl-C through
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def serve(
