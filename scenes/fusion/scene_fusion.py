@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
+_FARTHEST = 10_000.0  # metres from the origin, where Open3D's single precision still resolves a millimetre
 _HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
 
@@ -237,4 +238,7 @@ def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:
         raise InputError(f"{name}: expected a rotation and a translation as pose, got other axes")
     if np.abs(T[3] - [0, 0, 0, 1]).max() > _ORTHONORMAL:
         raise InputError(f"{name}: expected 0 0 0 1 as the last row of a pose, got {T[3]}; is it transposed?")
+    if (far := np.abs(T[:3, 3]).max()) > _FARTHEST:
+        came = f"got {far / 1000:.0f} km; subtract the same offset from all poses"
+        raise InputError(f"{name}: expected a camera within {_FARTHEST / 1000:.0f} km of the origin, {came}")
     return T

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,10 @@ from spherefunc_bullet.errors import InputError
 from ..settings import SCAN
 from .cells import cells
 from .gravity import Patches, camera_frame, facing_normals, find_patches, refined_up, seen_gravity, up_vector
+
+_FAR = (
+    1000.0  # metres from the origin, as in a map of a country: products of such coordinates lose the digits that count
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +45,12 @@ class Levelling:
         """Return points (N, 3) of the level frame in the scan's."""
         return (points - self.T_level_scan[:3, 3]) @ self.T_level_scan[:3, :3]
 
+    def of_shifted(self, shift: np.ndarray) -> Levelling:
+        """Return the levelling of a scan that becomes this one's if its points are moved by a shift (3,), metres."""
+        T_level_scan = self.T_level_scan.copy()
+        T_level_scan[:3, 3] += T_level_scan[:3, :3] @ shift
+        return replace(self, T_level_scan=T_level_scan)
+
 
 def level(points: np.ndarray, up: str | ArrayLike = "auto", name: str = "scan") -> Levelling:
     """Find gravity and the floor of a scan (paper, §IV-C).
@@ -62,6 +72,9 @@ def level(points: np.ndarray, up: str | ArrayLike = "auto", name: str = "scan") 
     InputError
         If ``up`` is no direction, or the points have no extent.
     """
+    middle = np.median(points, axis=0)
+    if np.abs(middle).max() > _FAR:
+        return level(points - middle, up, name).of_shifted(-middle)
     given, patches = up_vector(up), find_patches(points)
     likely, camera = camera_frame(points) if given is None else (given, None)
     seen = seen_gravity(patches, likely, camera) if given is None and len(patches) else None

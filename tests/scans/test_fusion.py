@@ -162,10 +162,13 @@ def test_ids_are_assigned_by_the_largest_sum():
 
 
 MOVED = look_at(EYES[0], [0.3, 0, 0.3])
+FAR = MOVED + np.pad(
+    [[5e6]], ((0, 3), (3, 0))
+)  # as in a map of a country: the map's numbers would be half a metre apart
 
 
 @pytest.mark.parametrize(
-    "pose", [np.full((4, 4), np.nan), np.eye(3), 2 * np.eye(4), MOVED.T, "pose", MOVED * [1, -1, 1, 1]]
+    "pose", [np.full((4, 4), np.nan), np.eye(3), 2 * np.eye(4), MOVED.T, "pose", MOVED * [1, -1, 1, 1], FAR]
 )
 def test_a_pose_that_is_none_is_refused(images, pose):
     fusion = sf.SceneFusion()

@@ -47,6 +47,17 @@ def test_to_level_and_back(points):
     assert np.abs(levelling.to_level(turned)[floor, 2]).max() < 0.02
 
 
+def test_a_scan_far_from_the_origin_is_levelled_as_near_it(points):
+    """As in a map of a country, in metres from the equator."""
+    turned = Rotation.from_euler("xyz", [12, -8, 40], degrees=True).apply(points)
+    far = np.array([4e5, 5e6, 30.0])
+    near, levelling = level(turned - np.median(turned, axis=0)), level(turned + far)
+    assert np.allclose(levelling.T_level_scan[:3, :3], near.T_level_scan[:3, :3], atol=1e-6)
+    assert np.ptp(levelling.to_level(turned + far), axis=0) == pytest.approx(np.ptp(near.to_level(turned), axis=0))
+    assert levelling.to_level(turned + far)[room()[1][::3] == -1, 2] == pytest.approx(0, abs=0.02)
+    assert np.allclose(levelling.to_scan(levelling.to_level(turned + far)), turned + far)
+
+
 def test_the_floor_is_the_lowest_large_plane_not_the_largest():
     small_floor, large_top = sheet_at(1.2, 1.2, 0.0)[::2], moved(sheet_at(2.4, 1.2, 0.72), 0.9, 0.0)
     levelling = level(np.vstack([small_floor, large_top]))
