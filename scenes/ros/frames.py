@@ -10,6 +10,7 @@ import numpy as np
 
 # Frames that are level by convention (REP 105, and 120 for humanoids); the first known one is used.
 LEVEL = ("map", "odom", "world", "base_footprint", "base_link", "base")
+_SHORTEST = 0.5  # length of a quaternion, at least; 0 in a message that was never filled
 _DEEPEST = 100  # frames from a sensor to the root: a deeper tree has a cycle
 
 
@@ -29,8 +30,8 @@ class FrameTree:
     edges: dict[str, list[Edge]] = field(default_factory=dict)  # by child
 
     def add(self, transforms: Iterable[Any], static: bool = False):
-        """Add the transforms of a ``tf2_msgs/TFMessage``."""
-        for transform in transforms:
+        """Add the transforms of a ``tf2_msgs/TFMessage``, without those that are none, which tf2 ignores as well."""
+        for transform in filter(is_transform, transforms):
             edge = Edge(
                 parent=plain(transform.header.frame_id),
                 stamp=-np.inf if static else seconds(transform.header.stamp),
@@ -75,6 +76,13 @@ def seconds(stamp: Any) -> float:
     whole = stamp.sec if hasattr(stamp, "sec") else stamp.secs
     rest = stamp.nanosec if hasattr(stamp, "nanosec") else stamp.nsecs
     return float(whole) + 1e-9 * float(rest)
+
+
+def is_transform(stamped: Any) -> bool:
+    """Return whether a ``geometry_msgs/TransformStamped`` has a rotation and a translation."""
+    turn, shift = stamped.transform.rotation, stamped.transform.translation
+    length = np.linalg.norm([turn.x, turn.y, turn.z, turn.w])
+    return bool(_SHORTEST < length < np.inf and np.isfinite([shift.x, shift.y, shift.z]).all())
 
 
 def matrix_of(transform: Any) -> np.ndarray:

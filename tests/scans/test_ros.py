@@ -298,6 +298,18 @@ def test_frames_lead_to_the_first_level_one_at_the_time():
     assert tree.to_level("robot1/base_link", BEGIN)[0] == "robot1/base_link"
 
 
+@pytest.mark.parametrize("damage", [0.0, np.nan, np.inf])
+def test_a_transform_that_is_none_is_ignored(damage):
+    """As tf2 ignores it: some drivers send such ones until they know better."""
+    messages, tree = Messages(ros1=False), FrameTree()
+    never = messages.transform("base_link", CAMERA, np.eye(4)).transforms
+    for name in "xyzw":
+        setattr(never[0].transform.rotation, name, damage)
+    tree.add(never)
+    tree.add(messages.transform("base_link", CAMERA, T_level_camera(), BEGIN + 9).transforms)
+    assert np.allclose(tree.to_level(CAMERA, BEGIN)[1], T_level_camera())
+
+
 def test_frames_in_a_circle_end():
     messages, tree = Messages(ros1=False), FrameTree()
     for parent, child in (("a", "b"), ("b", "a")):
