@@ -187,7 +187,7 @@ def find_places(
     backend: str | None = None,
     scores: Mapping[str, float] | None = None,
     units: str = "m",
-    up: str = BY_FILE,
+    up: str | ArrayLike = BY_FILE,
     seed: int = 0,
     scan: bool = False,
 ) -> list[Place]:
@@ -210,7 +210,7 @@ def find_places(
     scores : mapping, optional
         Of each function, as `classify` returns them; by default those of the model that ships.
     units, up
-        See `classify`.
+        See `classify`; of a scan, ``up`` is as in `find_objects`.
     seed : int
         Of the stream that is poured.
     scan : bool
@@ -246,13 +246,15 @@ def find_places(
 
 
 def places_in_scan(
-    anything: Anything, put: Anything | None, prove: bool, person: float, units: str, up: str
+    anything: Anything, put: Anything | None, prove: bool, person: float, units: str, up: str | ArrayLike
 ) -> list[Place]:
     """Return all places of a scan, the best first."""
     whole, to_put = as_scan(anything, units), None if put is None else cloud_and_frame(put)
     if prove:
         raise InputError(f"{whole.name}: expected one object to prove places of, got a scan of several")
-    room = recognise(whole, inference_model(shipped_model(scans=True), None), up="auto" if up == BY_FILE else up)
+    room = recognise(
+        whole, inference_model(shipped_model(scans=True), None), up="auto" if one_line(up) == BY_FILE else up
+    )
     found = [place for places in places_in_room(whole, room, to_put, person).values() for place in places]
     return sorted(found, key=lambda place: -place.score)
 
