@@ -196,6 +196,7 @@ def ended_by_ctrl_c() -> Iterator[None]:
     came = []
 
     def interrupt(number: int, frame: FrameType | None):
+        """Say it once, raise KeyboardInterrupt if nothing is imported, and come again."""
         if not came:
             with suppress(OSError):
                 os.write(2, b"spherefunc: interrupted\n")  # the stream itself may be in the middle of a write
