@@ -15,6 +15,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from numbers import Integral
 from types import FrameType
 from typing import Any
 
@@ -115,13 +116,19 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
     for i, column in enumerate(columns):
         table.add_column(Text(printable(column)), justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
-        cells = [cell.replace("\n", " ") if isinstance(cell, str) else f"{cell:g}" for cell in row]
-        table.add_row(*[Text(printable(cell)) for cell in cells])  # no markup: a name may hold brackets
+        table.add_row(*[Text(printable(cell_text(cell))) for cell in row])  # no markup: a name may hold brackets
     console = Console()
     if not console.is_terminal:  # a pipe has no width to fit
         console = Console(width=max(200, Console(width=10_000).measure(table).maximum))
     console.print(Text(printable(title)), soft_wrap=True)  # as the table's own title it would wrap at its width
     console.print(table)
+
+
+def cell_text(cell: str | float) -> str:
+    """Return the text of a cell in one line: whole numbers with all digits, others with six."""
+    if isinstance(cell, str):
+        return cell.replace("\n", " ")
+    return f"{cell:d}" if isinstance(cell, Integral) else f"{cell:g}"
 
 
 def passed(

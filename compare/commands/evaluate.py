@@ -65,7 +65,7 @@ def evaluate(
 
     from ..comparison.experiment import LABELS
     from ..evaluation.impaired import impaired_copies, impaired_shares
-    from ..evaluation.protocol import Protocol, wanted_sizes
+    from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
@@ -77,6 +77,7 @@ def evaluate(
     require_used({"--copied": copied}, "with --impaired or --corruptions", impaired or corruptions)
     require_used({"--leave-one-out": leave_one_out, "--groups": groups}, "without --test", test is None)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
+    other = None if test is None else open_dataset(test)
     task_names, chosen = parse_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii
@@ -85,14 +86,20 @@ def evaluate(
         """Return the runs on a data set."""
         return simulate_dataset(some, drop_config, jobs=jobs, run=run, failed=failures.add)
 
+    def protocol(count: int) -> Protocol:
+        """Return the protocol for a number of objects."""
+        sizes = tuple(wanted_sizes(train_sizes, count))
+        return Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
+
+    labels = labels_of(dataset)  # what cannot be evaluated is refused before spheres fall, which may take hours
+    if other is None:
+        protocol(len(labels)).splits(labels)
     learnt = simulated(dataset)
-    tested = None if test is None else simulated(open_dataset(test))
+    tested = None if other is None else simulated(other)
     if tested is not None:
         results = [transfer_result(learnt, tested, lengths, chosen)]
     else:
-        sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
-        protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
-        results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
+        results = results_of(evaluate_features(learnt, lengths, chosen, protocol(len(learnt.objects))))
     about = dict(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:

@@ -33,7 +33,7 @@ def figures(
     json: options.Json = False,
 ):
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
-    from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+    from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.learning.method import find_cube_method
@@ -46,7 +46,7 @@ def figures(
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method)
     dataset = open_dataset(data)
     # Errors of data from which no figure can be drawn come before the simulation, which may take hours.
-    labels_of(Simulated(dataset.name, dataset.objects, ()))
+    labels_of(dataset)
     require_enough(dataset.name, len(dataset))
     fitting_sizes(train_sizes, len(dataset))
     prepare_folder(out)

@@ -21,7 +21,7 @@ from ..processes.tasks import run_tasks
 from ..settling.cached_runs import DropConfig
 from .folder import RunFolder
 from .ledger import Ledger, LedgerRow, RunConfig
-from .task import SimulationTask, rows_to_record, settled_rows, valid_row
+from .task import SimulationTask, rows_to_record, settled_rows, source_stamp, valid_row
 
 LEAST_MEMORY = 256 << 20
 Outcomes = Iterator[tuple[int, list[LedgerRow] | InputError]]
@@ -149,9 +149,11 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
             changed += [now] if now != row else []
     ledger.write(changed)
     tasks = [
-        SimulationTask(path=objects[name], name=name, radii=radii, drop_config=batch.drop_config)
-        for name, radii in missing.items()
-        if radii
+        SimulationTask(
+            path=path, name=name, stamp=source_stamp(path), radii=missing[name], drop_config=batch.drop_config
+        )
+        for name, path in objects.items()
+        if missing[name]
     ]
     done = [finished_object(name, valid[name], skipped=True) for name in objects if not missing[name]]
     return tasks, done

@@ -71,6 +71,7 @@ class SimulationTask:
 
     path: Path
     name: str
+    stamp: str  # `source_stamp` of the file before it is read, so that a change meanwhile is found by the next call
     radii: dict[int, float]  # number of the run configuration in the ledger -> metres
     drop_config: DropConfig
     source: Source | None = None  # with its content, if the task is sent to another machine
@@ -124,16 +125,19 @@ def rows_to_record(task: SimulationTask, outcome: list[LedgerRow] | InputError, 
     """Return the rows of a task as they are written to the ledger, after their files are synced to the disk."""
     if isinstance(outcome, FullDisk):
         raise outcome
-    stamp, now = source_stamp(task.path), time.time()
+    now = time.time()
     rows = outcome if isinstance(outcome, list) else failed_rows(task, outcome, folder)
     rows = [replace(row, **folder.keep(row.run)) if row.outcome == DONE else row for row in rows]
-    return [replace(row, source=stamp, finished=now) for row in rows]
+    return [replace(row, source=task.stamp, finished=now) for row in rows]
 
 
 def failed_rows(task: SimulationTask, error: InputError, folder: RunFolder) -> list[LedgerRow]:
-    """Return the rows of an object that failed; radii that were finished before the failure are done."""
+    """Return the rows of an object that failed; radii that were finished before the failure are done.
+
+    They have no content if the file has changed since the task began, so that the next call tries it again.
+    """
     try:
-        content = task.drop_config.content_hash(task.path)
+        content = task.drop_config.content_hash(task.path) if source_stamp(task.path) == task.stamp else None
     except InputError:
         content = None
     line = one_line(str(error).replace(str(task.path), task.name))

@@ -117,7 +117,7 @@ def run_and_report(batch: Batch, json: bool, **how):
         interrupted = True
         say("spherefunc: stopped; finished objects are kept, and the same command continues")
     summary = counts | {"seconds": round(time.perf_counter() - started, 3)}
-    print_json(summary) if json else say(", ".join(f"{name} {value:g}" for name, value in summary.items()))
+    print_json(summary) if json else say(", ".join(f"{name} {value}" for name, value in summary.items()))
     if interrupted:
         raise typer.Exit(INTERRUPTED)
     failures.exit()

@@ -6,7 +6,6 @@ import base64
 import hashlib
 import io
 import json
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,10 +14,12 @@ from typing import Any
 from ..console import say
 from ..errors import InputError, one_line
 from ..formats.files import write_bytes
+from ..formats.sources import as_source
 from ..processes.tasks import run_tasks
 from ..viewer.page import page_html, viewer_file
 from .compared import SAYS_COLLISION, Shapes, as_row, compare_shapes
 from .comparison import NOTHING
+from .loaded import collision_digest
 from .solid import Solid
 
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
@@ -49,10 +50,11 @@ class LibraryOptions:
     picture: bool = False
 
     def key(self, file: Path) -> str:
-        """Return the name of the cached result for a file in its current state."""
-        about = file.stat()
-        text = f"{file.absolute()} {about.st_size} {about.st_mtime_ns} {sorted(asdict(self).items())}"
-        return f"{file.stem}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.json"
+        """Return the name of the cached result for a file, from the content of all that is read."""
+        digest = hashlib.sha256(f"{file.absolute()} {sorted(asdict(self).items())}".encode())
+        for part in (*as_source(file).digests(), collision_digest(self.collision or file)):
+            digest.update(part)
+        return f"{file.stem}-{digest.hexdigest()[:12]}.json"
 
 
 def library_result(file: Path, options: LibraryOptions) -> Result:
@@ -69,6 +71,18 @@ def library_result(file: Path, options: LibraryOptions) -> Result:
         result["picture"] = pictures(compared)
     if options.best:
         result["best"] = written(compared, file, options)
+    return result
+
+
+def kept_result(file: Path, options: LibraryOptions, cache: Path) -> Result:
+    """Return the result of one object from the cache folder, where it is kept; called in a worker."""
+    known = cache / options.key(file)
+    if known.is_file():
+        result = json.loads(known.read_text(encoding="utf-8")) | {"file": str(file)}
+        if "best" not in result or Path(result["best"]["file"]).is_file():
+            return result
+    result = library_result(file, options)
+    write_bytes(known, json.dumps(result).encode())
     return result
 
 
@@ -104,23 +118,14 @@ def library_results(
 
     With a cache folder, each object runs in its own process, and results that are in the folder are not computed again.
     """
-    left = []
-    for file in files:
-        known = None if cache is None else cache / options.key(file)
-        if known is not None and known.is_file():
-            yield json.loads(known.read_text(encoding="utf-8"))
-        else:
-            left.append((file, known))
-    limit = math.inf if cache is None else TIME
-    tasks = run_tasks(library_result, [(file, options) for file, _ in left], [file for file, _ in left], jobs=jobs,
-                      isolate=cache is not None, time_limit=limit)  # fmt: skip
+    if cache is None:
+        tasks = run_tasks(library_result, [(file, options) for file in files], files, jobs=jobs)
+    else:
+        each = [(file, options, cache) for file in files]
+        tasks = run_tasks(kept_result, each, files, jobs=jobs, isolate=True, time_limit=TIME)
     for index, outcome in tasks:
-        file, known = left[index]
         failed = isinstance(outcome, InputError)
-        result = {"file": str(file), "error": one_line(outcome)} if failed else outcome
-        if known is not None and not failed:
-            write_bytes(known, json.dumps(result).encode())
-        yield result
+        yield {"file": str(files[index]), "error": one_line(outcome)} if failed else outcome
 
 
 def loses(result: Result, name: str) -> bool | None:

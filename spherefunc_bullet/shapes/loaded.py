@@ -6,6 +6,7 @@ whole; only ``concave="yes"`` in the URDF keeps the mesh, for static objects. A 
 
 from __future__ import annotations
 
+import hashlib
 import io
 from collections import defaultdict
 from collections.abc import Iterator
@@ -26,6 +27,7 @@ from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000
+SDF_KINDS = ("box", "cylinder", "sphere", "mesh", "plane", "empty")  # what is read of SDF; planes have no part
 PlacedPart = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) and faces (M, 3) in a frame of their own
 
@@ -85,6 +87,21 @@ def links_of(path: Path) -> dict[str, list[PlacedPart]]:
     return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
 
 
+def collision_digest(path: Path) -> bytes:
+    """Return the hash of the collision geometry of a file, with all that it names."""
+    digest = hashlib.sha256()
+    if path.suffix.lower() not in LOADERS:
+        for part in as_source(path).digests():
+            digest.update(part)
+        return digest.digest()
+    with refusing(path):
+        for name, parts in links_of(path).items():
+            for vertices, faces, concave in parts:
+                digest.update(f"{name} {len(vertices)} {len(faces)} {concave}".encode())
+                digest.update(np.ascontiguousarray(vertices).tobytes() + np.ascontiguousarray(faces).tobytes())
+    return digest.digest()
+
+
 def urdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of a URDF that has any, with every joint at zero."""
     import yourdfpy
@@ -141,7 +158,8 @@ def mjcf_links(path: Path) -> dict[str, list[PlacedPart]]:
     for geom in np.flatnonzero((model.geom_contype > 0) | (model.geom_conaffinity > 0)):
         if (part := geom_part(model, geom)) is not None:
             place = part[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-            links[model.body(model.geom_bodyid[geom]).name].append((place, part[1], False))
+            body = model.geom_bodyid[geom]
+            links[model.body(body).name or f"body {body}"].append((place, part[1], False))
     return links
 
 
@@ -173,19 +191,28 @@ def sdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     for model in plain_xml(path.read_bytes()).iter("model"):
         for link in model.findall("link"):
             for node in link.findall("collision"):
-                place = pose_of(link) @ pose_of(node)
+                place = pose_of(link, "__model__") @ pose_of(node, link.get("name", ""))
                 for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
                     placed = vertices @ place[:3, :3].T + place[:3, 3]
                     links[link.get("name", path.stem)].append((placed, faces, False))
     return links
 
 
-def pose_of(node: ElementTree.Element) -> np.ndarray:
-    """Return the pose (4, 4) of an SDF element: position, roll, pitch and yaw."""
-    from trimesh.transformations import euler_matrix
+def pose_of(node: ElementTree.Element, parent: str) -> np.ndarray:
+    """Return the pose (4, 4) of an SDF element in its parent: position, and roll, pitch and yaw or a quaternion."""
+    from trimesh.transformations import euler_matrix, quaternion_matrix
 
-    values = [float(word) for word in node.findtext("pose", "").split()] or [0.0] * 6
-    matrix = euler_matrix(*values[3:6], axes="sxyz")
+    pose = node.find("pose")
+    if pose is None or not (values := [float(word) for word in (pose.text or "").split()]):
+        return np.eye(4)
+    if (other := pose.get("relative_to", parent)) not in ("", parent):
+        raise InputError(f"expected poses in the frame of their parent, got one relative to {other[:80]!r}")
+    if pose.get("rotation_format") == "quat_xyzw":
+        x, y, z, w = values[3:]
+        matrix = quaternion_matrix([w, x, y, z])
+    else:
+        in_degrees = pose.get("degrees") in ("true", "1")
+        matrix = euler_matrix(*(np.radians(values[3:]) if in_degrees else values[3:]), axes="sxyz")
     matrix[:3, 3] = values[:3]
     return matrix
 
@@ -202,6 +229,9 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
         return [primitive("cylinder", radius=sizes["radius"][0], height=sizes["length"][0])]
     if geometry.find("sphere") is not None:
         return [primitive("icosphere", radius=sizes["radius"][0])]
+    odd = [each.tag for each in (*geometry, *geometry.findall("mesh/submesh")) if each.tag not in SDF_KINDS]
+    if odd:
+        raise InputError(f"expected a box, cylinder, sphere or whole mesh to collide with, got {odd[0][:80]}")
     if (name := geometry.findtext("mesh/uri")) is None:
         return []
     target = find_mesh(name.replace("model://", ""), folder)

@@ -27,6 +27,7 @@ from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
 from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs, status
 from spherefunc_bullet.batch.ledger import DONE, Ledger
 from spherefunc_bullet.batch.simulated import simulate_dataset
+from spherefunc_bullet.batch.task import settled_rows
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.errors import InputError
@@ -174,6 +175,25 @@ def test_changed_object_is_simulated_again(data, copy, tmp_path):
     shutil.copy(moved / "mug_003.npz", moved / "broken.ply")  # still none, but another content
     assert counts(finished(batch_of(moved, copy))) == (1, 1, OBJECTS - 2)
     assert len([row for row in rows(copy) if row[0] == "mug_003.npz"]) == 2
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_an_object_that_changes_while_it_is_simulated_is_simulated_again(tmp_path, fails):
+    path, folder = tmp_path / "data" / "mug.npz", RunFolder(tmp_path / "run")
+    path.parent.mkdir()
+    np.savez(path, points=clouds.mug().points)
+
+    def work(tasks):
+        outcome = InputError("it could not be read") if fails else settled_rows(tasks[0], folder)
+        np.savez(path, points=clouds.mug(height=0.2).points)
+        yield 0, outcome
+
+    dataset = Dataset("one", (DatasetObject(path=path, functions=frozenset()),), path.parent)
+    batch = Batch(dataset=dataset, drop_config=DropConfig(simulator="fast", radii=(0.02,)), folder=folder)
+    assert counts(finished(batch, work=work)) == ((0, 1, 0) if fails else (1, 0, 0))
+    assert counts(finished(batch)) == (1, 0, 0)
+    assert [row[1] for row in rows(folder.path)] == [batch.drop_config.content_hash(path)]
+    assert counts(finished(batch)) == (0, 0, 1)
 
 
 def test_another_setting_is_another_row(data, copy):

@@ -58,6 +58,11 @@ def test_a_table_for_a_pipe_is_as_wide_as_its_cells(capsys):
     assert all(column in head for column in columns) and row.split() == ["cup,", "whole", *(["0.93"] * 12)]
 
 
+def test_whole_numbers_of_a_table_have_all_their_digits(capsys):
+    console.print_table("title", ["file", "points", "share"], [["a.ply", np.int64(1_234_567), 0.12345678]])
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["a.ply", "1234567", "0.123457"]
+
+
 def test_progress_on_a_terminal_takes_no_orders_from_names(monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):

@@ -176,6 +176,24 @@ def test_data_that_cannot_be_split_is_refused_before_anything_is_written(call, t
 
 
 @pytest.mark.parametrize(
+    ("labels", "options", "words"),
+    [
+        (("table", "table"), (), "at least two labels"),
+        (("table", "none"), ("--groups",), "--groups: expected a manifest"),
+        (("table", "none"), ("--train-sizes", "9"), "--train-sizes 9: expected from 2 to 4"),
+        (("table", "none"), ("--test", "missing"), "missing"),
+    ],
+)
+def test_what_evaluate_cannot_split_is_refused_before_spheres_fall(call, tmp_path, monkeypatch, labels, options, words):
+    monkeypatch.setattr("spherefunc_bullet.batch.simulated.simulate_dataset", lambda *_, **__: pytest.fail("it fell"))
+    data = write_data(tmp_path, {"first": [clouds.plate()] * 4, "second": [clouds.plate()] * 4})
+    rows = [f"{path.relative_to(data)},{labels[path.parent.name == 'second']}" for path in sorted(data.rglob("*.npz"))]
+    (data / "manifest.csv").write_text("\n".join(["file,label", *rows]) + "\n")
+    done = call("evaluate", data, *options, *RADII)
+    assert done.returncode == 2 and words in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--backend", "mujoco"), "mujoco"),

@@ -13,7 +13,7 @@ from objects_to_scan import slab_on_posts
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.shapes import spheres
+from spherefunc_bullet.shapes import library, spheres
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
 from spherefunc_bullet.shapes.compared import candidate_rows
 from spherefunc_bullet.shapes.comparison import KeepCriteria, Subject, row_of
@@ -331,6 +331,42 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     assert second.vertices[:, 2].max() == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize(
+    "pose",
+    [
+        "<pose>1 0 0 0 0 1.5707963</pose>",
+        "<pose degrees='true'>1 0 0 0 0 90</pose>",
+        "<pose rotation_format='quat_xyzw'>1 0 0 0 0 0.70710678 0.70710678</pose>",
+        "<pose relative_to='a'>1 0 0 0 0 1.5707963</pose>",
+    ],
+)
+def test_a_pose_of_an_sdf_is_read_as_it_is_written(tmp_path, pose):
+    (tmp_path / "m.sdf").write_text(SDF.replace("<pose>1 0 0 0 0 1.5707963</pose>", pose))
+    first, _ = load_solids(tmp_path / "m.sdf", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "text, other, words",
+    [
+        ("<pose>1 0 0", "<pose relative_to='b'>1 0 0", "got one relative to 'b'"),
+        ("<box><size>0.4 0.2 0.1</size></box>", "<capsule><radius>1</radius></capsule>", "got capsule"),
+        ("<box><size>0.4 0.2 0.1</size></box>", "<mesh><uri>a</uri><submesh/></mesh>", "got submesh"),
+    ],
+)
+def test_what_an_sdf_says_and_is_not_read_is_refused(tmp_path, text, other, words):
+    (tmp_path / "m.sdf").write_text(SDF.replace(text, other))
+    with pytest.raises(InputError, match=words):
+        list(load_solids(tmp_path / "m.sdf", FileFrame(up="z", units="m", shift=np.zeros(3))))
+
+
+def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
+    pytest.importorskip("mujoco")
+    (tmp_path / "m.xml").write_text(MJCF.replace(' name="a"', "").replace(' name="b"', ""))
+    links = load_solids(tmp_path / "m.xml", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert [link.name for link in links] == ["body 1", "body 2"]
+
+
 @pytest.mark.slow
 def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     from typer.testing import CliRunner
@@ -348,6 +384,37 @@ def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<b>0 of 1</b> vessels still hold something" in page and "data:image/webp" in page
     assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
+
+
+URDF = """<robot name="cup"><link name="cup"><visual><geometry><mesh filename="seen.obj"/></geometry></visual>
+<collision><geometry><mesh filename="met.obj"/></geometry></collision></link></robot>"""
+
+
+@pytest.mark.parametrize("collision", ["cup.urdf", "met.obj", "met.sdf"])
+def test_a_kept_result_is_that_of_all_files_that_were_read(tmp_path, monkeypatch, collision):
+    calls = iter(range(9))
+    options = library.LibraryOptions(collision=tmp_path / collision, best="urdf")
+
+    def measured(file, _):
+        (tmp_path / "best.urdf").touch()
+        return {"file": str(file), "call": next(calls), "best": {"file": str(tmp_path / "best.urdf")}}
+
+    def result(file=tmp_path / "cup.urdf"):
+        return library.kept_result(file, options, tmp_path / "kept")
+
+    monkeypatch.setattr(library, "library_result", measured)
+    (tmp_path / "cup.urdf").write_text(URDF)
+    mesh = "<mesh><uri>met.obj</uri></mesh>"
+    (tmp_path / "met.sdf").write_text(SDF.replace("<box><size>0.4 0.2 0.1</size></box>", mesh))
+    for name in ("seen.obj", "met.obj"):
+        cup().export(tmp_path / name)
+    assert result()["call"] == result()["call"] == 0
+    monkeypatch.chdir(tmp_path)
+    assert result(Path("cup.urdf")) == result() | {"file": "cup.urdf"}
+    trimesh.creation.box().export(tmp_path / "met.obj")
+    assert result()["call"] == result()["call"] == 1
+    (tmp_path / "best.urdf").unlink()
+    assert result()["call"] == 2
 
 
 def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
