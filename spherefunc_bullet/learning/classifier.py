@@ -22,7 +22,7 @@ from ..settling.cached_runs import CloudObject, settle_cached
 from ..settling.drops import DropsByRadius
 from ..settling.settling import checked_radii, settle
 from ..simulator import Simulator
-from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
+from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, require_names, sets_of
 
 
 class BackendAlias(TypedDict, total=False):
@@ -88,7 +88,9 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         """Learn from more objects in addition to earlier ones; the model is fitted again to all."""
         if not hasattr(self, "members_"):
             return self.fit(X, y)
-        return self.add_settled(*self._training_data(X, y, columns_of_indicator(y, self.columns_)))
+        if self.columns_ is None and not hasattr(y, "columns"):
+            require_names(y)
+        return self.add_settled(*self._training_data(X, y, columns_of_indicator(y, self.columns_), self.columns_))
 
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
@@ -108,6 +110,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
         """Return the share of objects whose functions are all correct, as scikit-learn does for multilabel data."""
         columns = self.columns_
+        if columns is None:
+            require_names(y)
         labels, found = (
             sets_of(each) if columns is None else labels_of_indicator(each, columns) for each in (y, self.predict(X))
         )
@@ -126,14 +130,19 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return self.functions_ if self.columns_ is None else self.columns_
 
     def _training_data(
-        self, X: Iterable[Anything], y: Labels, columns: tuple[str, ...] | None
+        self, X: Iterable[Anything], y: Labels, columns: tuple[str, ...] | None, known: tuple[str, ...] | None = None
     ) -> tuple[list[DropsByRadius], list[Label], list[str]]:
-        """Return the drops, the labels and the names of objects; ``columns`` are those of an indicator y."""
+        """Return the drops, the labels and the names of objects; ``columns`` are those of an indicator y.
+
+        Labels may be of ``known`` functions only, if these are given.
+        """
         if len(checked_radii(self.radii)) == 0:
             raise InputError("radii: expected at least one, got none")
         clouds = as_clouds(X)
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
         require_as_many(clouds, labels)
+        if known is not None and (others := set().union(*sets_of(labels)) - set(known)):
+            raise InputError(f"labels: expected functions of the columns {', '.join(known)}, got {min(others)!r}")
         drop = settle_cached if self.cache else settle
         settled = [drop(cloud, self.simulator, self.radii, self.seed, self.run_limit) for cloud in clouds]
         return settled, labels, [cloud.name for cloud in clouds]

@@ -85,6 +85,12 @@ def is_indicator(y: Labels) -> bool:
     return rows and all(isinstance(value, Number | np.generic) and not isinstance(value, str) for value in first)
 
 
+def require_names(y: Labels):
+    """Raise InputError for an indicator, which names no function that a classifier has learnt by name."""
+    if is_indicator(y):
+        raise InputError("labels: expected functions' names for each object, as they were learnt, got an indicator")
+
+
 def dense(y: Labels) -> np.ndarray:
     """Return an indicator as an array (N, F)."""
     array = np.asarray(y.toarray() if hasattr(y, "toarray") else y)

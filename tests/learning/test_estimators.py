@@ -111,6 +111,20 @@ def test_columns_keep_their_order_and_those_of_nobody():
     assert np.array_equal(model.predict(objects), y)
 
 
+def test_later_labels_name_what_was_learnt():
+    objects, y = [clouds.mug(), clouds.plate()], np.array([[1, 0], [0, 1]])
+    model = sf.FunctionClassifier(radii=(0.01,), drops=10)
+    model.fit(objects, ["cup", "none"])
+    for ask in (model.partial_fit, model.score):
+        with pytest.raises(sf.InputError, match="names for each object, as they were learnt, got an indicator"):
+            ask(objects, y)
+    model.fit(objects, y)
+    for later in (["shelf", "0"], np.eye(3, dtype=int)[1:]):
+        with pytest.raises(sf.InputError, match="expected functions of the columns 0, 1, got"):
+            model.partial_fit(objects, later)
+    assert model.partial_fit(objects, ["0", "1"]).predict(objects).shape == (2, 2)
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=["profile", "cubes"])
 def test_objects_without_any_function_can_be_learnt(estimator, objects):
     assert clone(estimator).fit(objects[:2], ["none", "none"]).predict(objects[:1]) == [frozenset()]
