@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -86,20 +87,17 @@ def evaluate(
         """Return the runs on a data set."""
         return simulate_dataset(some, drop_config, jobs=jobs, run=run, failed=failures.add)
 
-    def protocol(count: int) -> Protocol:
-        """Return the protocol for a number of objects."""
-        sizes = tuple(wanted_sizes(train_sizes, count))
-        return Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
-
+    protocol = Protocol(trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
     labels = labels_of(dataset)  # what cannot be evaluated is refused before spheres fall, which may take hours
     if other is None:
-        protocol(len(labels)).splits(labels)
+        replace(protocol, train_sizes=tuple(wanted_sizes(train_sizes, len(labels)))).splits(labels)
     learnt = simulated(dataset)
     tested = None if other is None else simulated(other)
     if tested is not None:
         results = [transfer_result(learnt, tested, lengths, chosen)]
     else:
-        results = results_of(evaluate_features(learnt, lengths, chosen, protocol(len(learnt.objects))))
+        protocol = replace(protocol, train_sizes=tuple(wanted_sizes(train_sizes, len(learnt.objects))))
+        results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
     about = dict(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
