@@ -114,8 +114,12 @@ class Cloud:
     @property
     def spacing(self) -> float:
         """Median distance from a point to its nearest neighbour, metres, over a regular choice of points."""
+        return self.to_neighbour(1)
+
+    def to_neighbour(self, rank: int) -> float:
+        """Return the median distance from a point to its neighbour of a rank, metres; see `spacing`."""
         step = max(1, len(self.points) // _SPACING_POINTS)
-        return float(np.median(self.tree.query(self.points[::step], k=2)[0][:, 1]))
+        return float(np.median(self.tree.query(self.points[::step], k=rank + 1)[0][:, rank]))
 
 
 def _require_points(points: ArrayLike, name: str) -> np.ndarray:

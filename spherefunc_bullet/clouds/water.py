@@ -19,7 +19,10 @@ COARSE_CELLS = 60_000, 40_000  # the same for leaks: two grids, since the cell c
 CRACK = 0.002  # metres: a hole that is no wider is a seam between two parts of a mesh
 GRAIN_CELLS = 48  # along an extent
 MOST = 160
-OF_CLOUDS = 1.0  # spacings: what is nearer to a point of a cloud is wall
+# Distances to the sixth neighbour: what is nearer to a point of a cloud is wall. Points at random leave gaps of a radius
+# of up to 1.5 such distances, though the nearest neighbour is a third of one away; points in a lattice of half of one.
+OF_CLOUDS = 1.7
+SIXTH = 6
 UNDER_WATER = 0.4  # share of the spheres over water that are below its level: 0.5 to 1 in cups, 0 to 0.3 with a slit
 SPILLED_AT = 0.9  # of the capacity, to which a vessel is filled
 
@@ -93,16 +96,17 @@ def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:
     size = cloud.size
     cell = max(float(np.prod(np.maximum(size, 0.02 * size.max())) / cells) ** (1 / 3), float(size.max()) / MOST)
     cell = cell if cloud.mesh is not None else max(cell, cloud.spacing)
-    origin = cloud.bounds[0] - 2.013 * cell  # off the planes at round coordinates that models often have
-    shape = tuple(np.ceil((cloud.bounds[1] - origin) / cell).astype(int) + 2)
+    wall = 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.to_neighbour(SIXTH)
+    margin = 2 + int(np.ceil(wall / cell))
+    origin = cloud.bounds[0] - (margin + 0.013) * cell  # off the planes at round coordinates that models often have
+    shape = tuple(np.ceil((cloud.bounds[1] - origin) / cell).astype(int) + margin)
     cuts, solid = np.zeros(shape, np.uint8), np.zeros(shape, np.bool_)
     if cloud.mesh is not None:
         triangles = cloud.mesh.vertices[cloud.mesh.faces]
         cut_links(np.ascontiguousarray((triangles - origin) / cell), cuts)
-        return bodies_of(cuts, solid, origin, cell, 0.0)
+        return bodies_of(cuts, solid, origin, cell, wall)
     from .flooding import thicken
 
-    wall = OF_CLOUDS * cloud.spacing
     thicken((cloud.points - origin) / cell, max(0.8, wall / cell), solid)
     return bodies_of(cuts, solid, origin, cell, wall)
 
