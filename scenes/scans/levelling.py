@@ -13,7 +13,7 @@ from ..settings import SCAN
 from .cells import cells
 from .gravity import Patches, camera_frame, facing_normals, find_patches, refined_up, seen_gravity, up_vector
 
-_FAR = 1000.0  # metres from the origin, as in maps of countries: products of such coordinates lose the digits that count
+_FAR = 1000.0  # metres from the origin, as in maps of countries: products of such coordinates lose digits
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

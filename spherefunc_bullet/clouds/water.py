@@ -19,8 +19,8 @@ COARSE_CELLS = 60_000, 40_000  # the same for leaks: two grids, since the cell c
 CRACK = 0.002  # metres: a hole that is no wider is a seam between two parts of a mesh
 GRAIN_CELLS = 48  # along an extent
 MOST = 160
-# Distances to the sixth neighbour: what is nearer to a point of a cloud is wall. Points at random leave gaps of a radius
-# of up to 1.5 such distances, though the nearest neighbour is a third of one away; points in a lattice of half of one.
+# Distances to the sixth neighbour: what is nearer to a point of a cloud is wall. Points at random leave gaps of a
+# radius of up to 1.5 such distances, though the nearest neighbour is a third of one away. A lattice has gaps of half.
 OF_CLOUDS = 1.7
 SIXTH = 6
 UNDER_WATER = 0.4  # share of the spheres over water that are below its level: 0.5 to 1 in cups, 0 to 0.3 with a slit
