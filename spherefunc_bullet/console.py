@@ -15,6 +15,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from io import TextIOWrapper
 from numbers import Integral
 from types import FrameType
 from typing import Any
@@ -170,7 +171,8 @@ def run(main: Callable[[], object]):
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by the caller, as by ``2>&-``
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - as long as the program runs
-        getattr(sys, name).reconfigure(errors="backslashreplace")  # what the locale has no letter for, such as ²
+        if isinstance(getattr(sys, name), TextIOWrapper):
+            getattr(sys, name).reconfigure(errors="backslashreplace")  # what the locale has no letter for, such as ²
     try:
         with ended_by_ctrl_c():
             try:
