@@ -252,9 +252,8 @@ def places_in_scan(
     whole, to_put = as_scan(anything, units), None if put is None else cloud_and_frame(put)
     if prove:
         raise InputError(f"{whole.name}: expected one object to prove places of, got a scan of several")
-    room = recognise(
-        whole, inference_model(shipped_model(scans=True), None), up="auto" if one_line(up) == BY_FILE else up
-    )
+    upward = "auto" if isinstance(up, str) and up == BY_FILE else up
+    room = recognise(whole, inference_model(shipped_model(scans=True), None), up=upward)
     found = [place for places in places_in_room(whole, room, to_put, person).values() for place in places]
     return sorted(found, key=lambda place: -place.score)
 
