@@ -1,60 +1,15 @@
-"""Outlines: the bounding box and convex hull of points, and the free borders and sharp edges of a mesh."""
+"""Outlines: the bounding box of points, and the free borders and sharp edges of a mesh."""
 
 from __future__ import annotations
 
 import numpy as np
 
-STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are collinear up to rounding
-_INSIDE = 1e-6  # square metres between a side and a point well inside; rounding errors are smaller
 _FLAT = np.cos(np.radians(30.0))  # two faces at a smaller angle belong to one smooth surface
 
 
 def corners_of(points: np.ndarray) -> np.ndarray:
     """Return the lowest and the highest corner (2, 3) of the bounding box of points (N, 3), metres."""
     return np.array([[axis.min() for axis in points.T], [axis.max() for axis in points.T]])
-
-
-def well_within(points: np.ndarray) -> np.ndarray:
-    """Return which points (N, 2) lie inside the octagon of the extreme ones, (N,) bool (Akl and Toussaint, 1978)."""
-    x, y = np.ascontiguousarray(points.T)
-    turning = (x, x + y, y, y - x)  # four of the eight directions; the others are their opposites
-    ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
-    within, area, other = np.ones(len(points), bool), np.empty_like(x), np.empty_like(x)  # new memory would be slow
-    for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
-        if a != b:
-            np.multiply(np.subtract(y, y[a], out=area), x[b] - x[a], out=area)
-            np.multiply(np.subtract(x, x[a], out=other), y[b] - y[a], out=other)
-            within &= np.subtract(area, other, out=area) > _INSIDE
-    within[ends] = False  # also where all are one point
-    return within
-
-
-def convex_outline(points: np.ndarray) -> np.ndarray:
-    """Return the corners (K, 2) of the convex hull of points (N, 2), metres, counterclockwise; fewer than 3 for a line.
-
-    SciPy's hull has the same corners, but loading it takes longer than most classifications.
-    """
-    ends = points[[np.argmin(points[:, 0]), np.argmax(points[:, 0])]]
-    corners = np.array([ends[0], *beyond(points, *ends), ends[1], *beyond(points, *ends[::-1])])
-    while len(corners) > 2:
-        before, behind = np.roll(corners, 1, axis=0) - corners, np.roll(corners, -1, axis=0) - corners
-        straight = np.flatnonzero(behind[:, 0] * before[:, 1] - behind[:, 1] * before[:, 0] <= STRAIGHT)
-        if not len(straight):
-            break
-        corners = np.delete(corners, straight[0], axis=0)  # one at a time: of two equal corners the other one stays
-    return corners
-
-
-def beyond(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Return the corners of the hull to the right of a line, in order, among points (N, 2) (quickhull, Eddy 1977)."""
-    (x, y), (along_x, along_y) = points.T, end - start
-    area = along_y * (x - start[0]) - along_x * (y - start[1])
-    outside = area > STRAIGHT
-    if not outside.any():
-        return []
-    farthest = points[np.argmax(area)]
-    left = points[outside]
-    return [*beyond(left, start, farthest), farthest, *beyond(left, farthest, end)]
 
 
 def merge_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .cloud import Cloud, Mesh, centre_on_ground, placed
-from .outline import convex_outline, corners_of, well_within
+from .outline import corners_of
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -23,6 +23,7 @@ ASKEW_DEG = 10.0  # largest tilt that is corrected
 LEVEL_DEG = 0.5  # a smaller tilt counts as level
 SAFE = 0.01  # of the extent: how far inside its feet the weight of a standing object acts
 DIRECTIONS = np.arange(64) * 2 * np.pi / 64  # in which the reach of feet is measured, to a thousandth of a circle
+SOME_FEET = 500
 COLUMNS = 64  # across the footprint; the lowest point of each may be a foot
 SOME = 4000  # points whose heights are compared
 BINS = 100  # of heights, over the largest extent
@@ -47,18 +48,19 @@ def prepare(cloud: Cloud) -> Cloud:
 
 def levelled(cloud: Cloud) -> Cloud:
     """Return an object rotated by at most ten degrees so that it stands level, or unchanged if it already does."""
-    points, extent = cloud.points, float(cloud.size.max())
-    feet = points[points[:, 2] < cloud.bounds[0, 2] + np.tan(np.radians(LEVEL_DEG)) * extent, :2]
-    if reach_around(feet, cloud) > SAFE * extent:  # feet within half a degree of the ground surround its centre
+    points, near_ground = cloud.points, np.tan(np.radians(LEVEL_DEG)) * cloud.size.max()
+    if surround_centre(points[points[:, 2] < cloud.bounds[0, 2] + near_ground, :2], cloud):
         return cloud
     rotation = upright_rotation(cloud)
     return cloud if rotation is None else rotated_cloud(cloud, rotation)
 
 
-def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
-    """Return how far feet (N, 2) reach beyond the centre of an object in the least favourable direction, metres."""
+def surround_centre(feet: np.ndarray, cloud: Cloud) -> bool:
+    """Return whether feet (N, 2), metres, reach beyond the centre of an object in all directions."""
     around, center = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)]), [axis.mean() for axis in cloud.points.T[:2]]
-    return float(((feet - center) @ around).max(axis=0).min())
+    # A few of the feet usually do.
+    trials = (feet[:: max(1, len(feet) // SOME_FEET)], feet)
+    return any(((some - center) @ around).max(axis=0).min() > SAFE * cloud.size.max() for some in trials)
 
 
 def upright_rotation(cloud: Cloud) -> np.ndarray | None:
@@ -68,7 +70,7 @@ def upright_rotation(cloud: Cloud) -> np.ndarray | None:
     foot = resting_direction(cloud)
     if foot is not None:
         sharper = sharpness(some, foot, extent) > SHARPER[0] * before
-        if sharper or surely_rests(cloud.points @ foot, cloud, extent):
+        if sharper or surely_rests(cloud.points @ foot, cloud):
             return rotation_to_z(foot)
     best = sharpest(some, extent)
     if best[2] < np.cos(np.radians(ASKEW_DEG - STEPS[1])):  # at the limit of the search
@@ -97,10 +99,10 @@ def resting_direction(cloud: Cloud) -> np.ndarray | None:
     return -down if -down[2] > np.cos(np.radians(ASKEW_DEG + LEVEL_DEG)) else None
 
 
-def surely_rests(heights: np.ndarray, cloud: Cloud, extent: float) -> bool:
+def surely_rests(heights: np.ndarray, cloud: Cloud) -> bool:
     """Return whether enough points, by their heights (N,), are on the ground around the centre of an object."""
-    feet = cloud.points[heights < heights.min() + FEET[1] * extent, :2]
-    return len(feet) >= FEET[0] and reach_around(feet, cloud) > SAFE * extent
+    feet = cloud.points[heights < heights.min() + FEET[1] * cloud.size.max(), :2]
+    return len(feet) >= FEET[0] and surround_centre(feet, cloud)
 
 
 def lowest_of_columns(cloud: Cloud) -> np.ndarray:
@@ -211,7 +213,9 @@ def heading(cloud: Cloud) -> float:
 
 def heading_of(places: np.ndarray) -> float:
     """Return the heading of points on the ground (N, 2), metres; see `heading`."""
-    corners = convex_outline(places[~well_within(places)])
+    from .hulls import hull_corners  # compiled kernels, which cached results do not need
+
+    corners = hull_corners(places)
     if len(corners) < 3:  # a line or a point
         return 0.0
     edges = np.roll(corners, -1, axis=0) - corners

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
-from ..clouds.preparation import SAFE, headed, reach_around
+from ..clouds.preparation import headed, surround_centre
 from ..errors import InputError, one_line, require_amount
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
@@ -179,9 +179,8 @@ def falls_over(cloud: Cloud) -> bool:
 
 def stands_safely(cloud: Cloud) -> bool:
     """Return whether the centre of mass is well inside the support polygon, by a quick test that most objects pass."""
-    vertices, extent = cloud.mesh.vertices, cloud.size.max()
-    feet = vertices[vertices[:, 2] < vertices[:, 2].min() + LEVEL * extent, :2]
-    return bool(reach_around(feet, cloud) > SAFE * extent)
+    vertices = cloud.mesh.vertices
+    return surround_centre(vertices[vertices[:, 2] < vertices[:, 2].min() + LEVEL * cloud.size.max(), :2], cloud)
 
 
 def reset_peak():

@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from ...clouds.cloud import Cloud
-from ...clouds.outline import well_within
 from ...settling.drops import DropsByRadius
 
 _MANY = 60  # points; with fewer, it is not worth finding those within the others
+_INSIDE = 1e-6  # square metres between a side and a point well inside; rounding errors are smaller
 OVERLAP = 1.5  # radii: spheres whose axes are nearer are above one another; side by side they are two radii apart
 
 
@@ -62,6 +62,19 @@ def outline_of(points: np.ndarray, radius: float) -> Outline:
         back = ordered[::-1]
         ordered = np.concatenate([ordered[half_hull(ordered)[:-1]], back[half_hull(back)[:-1]]])
     return Outline(corners=ordered, radius=radius)
+
+
+def well_within(points: np.ndarray) -> np.ndarray:
+    """Return which points (N, 2) lie inside the octagon of the extreme ones, (N,) bool (Akl and Toussaint, 1978)."""
+    x, y = np.ascontiguousarray(points.T)
+    turning = (x, x + y, y, y - x)  # four of the eight directions; the others are their opposites
+    ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
+    within = np.ones(len(points), bool)
+    for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
+        if a != b:
+            within &= (y - y[a]) * (x[b] - x[a]) - (x - x[a]) * (y[b] - y[a]) > _INSIDE
+    within[ends] = False  # also where all are one point
+    return within
 
 
 def half_hull(ordered: np.ndarray) -> list[int]:

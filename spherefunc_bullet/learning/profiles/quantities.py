@@ -16,7 +16,7 @@ from ...settling.drops import NO_DROPS, Drops, DropsByRadius
 from .columns import SphereColumns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % of overlap or gap on either side
-_BLOCK = 32  # rows whose distances are computed at once: all at once would fill the memory
+_BLOCK = 512  # training objects whose distances are computed at once: their differences stay in the cache
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 MANY_ENOUGH = 6  # least number of spheres through which a plane is fitted
 GAP, REACH = 0.01, 0.15  # metres: least height of a gap, and how far below a sphere smaller ones are looked for
@@ -219,16 +219,12 @@ class Ranks:
 
     def distances(self, queries: np.ndarray) -> np.ndarray:
         """Return the distances (A, N) from objects, given as quantities (A, D), to the training objects."""
-        rows = ranks_among(self.ordered, queries)
-        blocks = [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
-        parts = [mean_differences(block, self.ranks) for block in blocks]
-        return np.vstack([*parts, np.empty((0, len(self.learnt)))])
-
-
-def mean_differences(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the mean absolute differences (A, N) of rows (A, D) from other rows (N, D)."""
-    differences = rows[:, None] - others[None]
-    return np.abs(differences, out=differences).mean(axis=2)
+        rows, distances = ranks_among(self.ordered, queries), np.empty((len(queries), len(self.learnt)))
+        for start in range(0, len(self.learnt), _BLOCK):
+            block = self.ranks[start : start + _BLOCK]
+            for row, out in zip(rows, distances[:, start : start + _BLOCK], strict=True):
+                np.abs(row - block).mean(axis=1, out=out)
+        return distances
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
