@@ -64,12 +64,13 @@ class Answer:
     @cached_property
     def places(self) -> list[Place]:
         """Where it can be used, in the coordinates and units of the input; computed when first read."""
-        from .places.finding import places_in_input
+        from .places.finding import cloud_and_frame, places_of
 
         if self.source is None:
             return []
         anything, units, up = self.source
-        return places_in_input(anything, scores=self.scores, units=units, up=up)
+        cloud, to_input = cloud_and_frame(anything, units=units, up=up)
+        return [place.moved(to_input) for place in places_of(cloud, scores=self.scores)]
 
     @cached_property
     def deciding(self) -> dict[str, list[Reason]]:

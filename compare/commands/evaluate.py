@@ -75,8 +75,9 @@ def evaluate(
     from .mechanics import print_measured
 
     require_sensible(data, test, impaired, corruptions, picture)
-    require_used({"--copied": copied}, "with --impaired or --corruptions", impaired or corruptions)
-    require_used({"--leave-one-out": leave_one_out, "--groups": groups}, "without --test", test is None)
+    options.require_beside("--impaired or --corruptions", impaired or corruptions, {}, {"--copied": copied})
+    splits = {"--leave-one-out": leave_one_out or None, "--groups": groups or None}
+    options.require_beside("--test", test is not None, splits, {})
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     other = None if test is None else open_dataset(test)
     task_names, chosen = parse_tasks(tasks), find_method(method)
@@ -133,10 +134,3 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, corrupti
         require_place(picture)
     if len(data) > 1 and test is None:
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
-
-
-def require_used(given: dict[str, object], where: str, used: bool):
-    """Raise InputError for an option that is given and would change nothing."""
-    for name, value in given.items():
-        if value and not used:
-            raise InputError(f"{name}: expected {where}")

@@ -67,7 +67,6 @@ def comparison_page(
     differ = [case for case in cases if case.labels_differ]
     drops = {count for entry in comparison.entries for record in entry.records for count in record.drops.values()}
     body = filled_template(
-        "page.html",
         __package__,
         report=report,
         copies=copies,
@@ -93,7 +92,7 @@ def comparison_page(
         reasons=[f"{name}: {reason}" for name, row in report["backends"].items() for reason in row["reasons"]],
         toml=as_toml(experiment),
     )
-    return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", [body], displays=several)
+    return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", body, displays=several)
 
 
 def predicted(scores: dict[str, float]) -> str:

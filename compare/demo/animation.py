@@ -30,9 +30,8 @@ from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
+from spherefunc_bullet.viewer.mechanics_pictures import GREY, INK, PAPER
 from spherefunc_bullet.viewer.pictures import CameraView, drawn_box, render_coloured
-
-from .gallery import BACKGROUND, GREY, INK
 
 SIZE = (300, 270)  # of each object's picture, pixels
 BARS = 100  # pixels below it
@@ -93,7 +92,7 @@ def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
 def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, label: str) -> Image.Image:
     """Return a picture with a bar of each score (F,) below it."""
     width, height = image.size
-    canvas = ImageOps.expand(image, (0, 0, 0, BARS), BACKGROUND)
+    canvas = ImageOps.expand(image, (0, 0, 0, BARS), PAPER)
     pen, words = ImageDraw.Draw(canvas), ImageFont.load_default(15)
     pen.text((width - 16, height + BARS - 12), label, GREY, ImageFont.load_default(12), anchor="rm")
     for row, (name, score) in enumerate(zip(functions, scores, strict=True)):

@@ -23,12 +23,10 @@ from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
-from spherefunc_bullet.viewer.pictures import CUT_COLOUR, GROUND_COLOUR, CameraView, object_picture
+from spherefunc_bullet.viewer.mechanics_pictures import GREY, INK, PAPER
+from spherefunc_bullet.viewer.pictures import CUT_COLOUR, CameraView, object_picture
 
 from ..pages.html import png_bytes
-
-INK, GREY = (25, 25, 30), (90, 90, 100)
-BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under the objects
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +117,7 @@ def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
     """Return an image with a title and a line below it."""
     width, height = image.size
     large, small = (ImageFont.load_default(height // lines) for lines in (20, 26))  # Pillow's own: on every machine
-    canvas = ImageOps.expand(image, (0, 0, 0, height // 7), BACKGROUND)
+    canvas = ImageOps.expand(image, (0, 0, 0, height // 7), PAPER)
     pen = ImageDraw.Draw(canvas)
     pen.text((width / 2, height + height * 0.02), title, INK, large, anchor="mm")
     pen.text((width / 2, height + height * 0.08), detail, GREY, small, anchor="mm")
@@ -129,7 +127,7 @@ def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
 def colour_key(size: tuple[int, int]) -> Image.Image:
     """Return an image with the meaning of the colours, as large as a captioned picture of ``size`` pixels."""
     width, height = size
-    canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
+    canvas = Image.new("RGB", (width, height + height // 7), PAPER)
     pen = ImageDraw.Draw(canvas)
     left, top, bar = int(width * 0.28), int(height * 0.2), (int(width * 0.08), int(height * 0.5))
     ramp = sphere_colours(np.linspace(1, 0, bar[1]))[:, None].repeat(bar[0], axis=1)
@@ -147,7 +145,7 @@ def tiled(images: Sequence[Image.Image], columns: int, width: int) -> Image.Imag
     """Return images of one size in rows, each ``width`` pixels wide."""
     height = round(images[0].height * width / images[0].width)
     rows = -(-len(images) // columns)
-    canvas = Image.new("RGB", (columns * width, rows * height), BACKGROUND)
+    canvas = Image.new("RGB", (columns * width, rows * height), PAPER)
     for index, image in enumerate(images):
         small = image.resize((width, height), Image.Resampling.LANCZOS)
         canvas.paste(small, (index % columns * width, index // columns * height))

@@ -86,7 +86,6 @@ def page(summary: Summary) -> str:
     lines = zip(confusion.labels, confusion.objects, confusion.counts, strict=True)
     steps = summary.seconds | {"all together": sum(summary.seconds.values())}
     body = filled_template(
-        "page.html",
         __package__,
         summary=summary,
         result=splits[-1],
@@ -105,7 +104,7 @@ def page(summary: Summary) -> str:
         confusion_rows=[[label, str(count), *map(str, taken)] for label, count, taken in lines],
         times=[[name, format_duration(seconds)] for name, seconds in steps.items()],
     )
-    return report_page(f"What {summary.data} objects are for", [body])
+    return report_page(f"What {summary.data} objects are for", body)
 
 
 def rank_sentence(features: Mapping[str, Qualities]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .tables import DocumentTable, Measurement, fenced
+from .tables import DocumentTable, Measurement
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
 SIX = "household build/impaired build/household-{1,2,3,4,5}"
@@ -51,9 +51,9 @@ PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one
 
 
 def whole(*printed: Sequence[str]) -> list[str]:
-    """Return the output of programs, separated by empty lines."""
+    """Return the output of programs as a block of code, separated by empty lines."""
     blocks = ["\n".join(lines).strip("\n") for lines in printed]
-    return fenced("\n\n".join(blocks).split("\n"))
+    return ["```", *"\n\n".join(blocks).split("\n"), "```"]
 
 
 SPEED, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "rooms", "mechanics"))

@@ -255,11 +255,6 @@ def row_line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |".replace("|  |", "| |").replace("|  |", "| |")
 
 
-def fenced(lines: Iterable[str]) -> list[str]:
-    """Return the output of a program as a block of code."""
-    return ["```", *lines, "```"]
-
-
 def figures(value: Mapping[str, Any], key: str = "f_measure", between: str = " / ") -> str:
     """Return one figure of each function, in the order of `FUNCTIONS`."""
     return between.join(f"{value[name][key]:.3f}" for name in FUNCTIONS)

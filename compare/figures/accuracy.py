@@ -134,7 +134,7 @@ def draw_curve(figure: Figure, data: EvaluatedData):
         curve = [row for row in rows if row["function"] == name]
         shift = (index - (len(data.labels.functions) - 1) / 2) * DODGE * data.half
         sizes, values = [row["train_size"] + shift for row in curve], [row["f_measure"] for row in curve]
-        spreads = np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in curve])
+        spreads = np.transpose(list(map(bounded_spread, curve)))
         style = look(index) | {"markersize": 3.5, "capsize": 1.5, "elinewidth": 0.7}
         axes.errorbar(sizes, values, spreads, **style, label=name)
     axes.set(xlabel="training examples (all functions and none)", ylabel="F-measure", ylim=(0, 1.02))
@@ -204,7 +204,7 @@ def draw_measures(axes: Axes, rows: list[dict]):
     """Draw F-measure, accuracy and the paper's F-measure of each function on a line."""
     for index, row in enumerate(rows):
         style = {"color": look(index)["color"], "markersize": 5}
-        spread = np.reshape(bounded_spread(row["f_measure"], row["f_measure_std"]), (2, 1))
+        spread = np.reshape(bounded_spread(row), (2, 1))
         axes.errorbar(row["f_measure"], index, xerr=spread, marker="o", capsize=2, **style)
         axes.plot(row["accuracy"], index, marker="s", markerfacecolor="white", **style)
         if row["paper_f_measure"] is not None:

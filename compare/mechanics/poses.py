@@ -106,7 +106,7 @@ def carried(path: Path, simulator: Simulator, loading: LoadOptions, holed: bool)
     """Return what a file's object keeps, and what its copies with a hole keep, by kind."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     variants = {WHOLE: cloud}
-    for kind, surface in copies_of(Specimen(cloud, "cup"), path.name, 0, HOLED) if holed else ():
+    for kind, surface in copies_of(Specimen(cloud, "cup"), path.name, HOLED) if holed else ():
         variants[kind.kind] = cloud_from_mesh(*surface.mesh(), path.name)
     return {kind: simulator.carry(variant, CarrySettings(), 0).kept for kind, variant in variants.items()}
 

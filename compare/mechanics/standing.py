@@ -140,7 +140,7 @@ class StandAnswer:
 def standing_answers(path: Path, simulator: Simulator, loading: LoadOptions, function: str) -> list[StandAnswer]:
     """Return how a file's object and each sawn copy of it stand."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
-    copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
+    copies = copies_of(Specimen(cloud, function), path.name, SAWN)
     variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*answer.mesh(), path.name)) for kind, answer in copies)]
     answers = []
     for kind, variant in variants:

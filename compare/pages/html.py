@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from html import escape
 from typing import Any
 
@@ -17,12 +17,12 @@ from spherefunc_bullet.viewer.page import display_html, page_html, table_html, v
 COLOURS = 192  # of each PNG: it takes a third of the bytes without a visible difference
 
 
-def report_page(title: str, parts: Iterable[str], *, displays: bool = False) -> str:
-    """Return a page of HTML parts under a title of plain text, with the viewer's script if it has displays."""
+def report_page(title: str, body: str, *, displays: bool = False) -> str:
+    """Return a page of HTML under a title of plain text, with the viewer's script if it has displays."""
     style = viewer_file("report.css", __package__)
     if not displays:
-        return page_html(title, parts, style=style)
-    return page_html(title, parts, style=f"{style}\n{viewer_style()}", script=viewer_script())
+        return page_html(title, [body], style=style)
+    return page_html(title, [body], style=f"{style}\n{viewer_style()}", script=viewer_script())
 
 
 def png_bytes(picture: Image) -> bytes:
@@ -45,14 +45,14 @@ def drawing(svg: str, alt: str) -> str:
     return f'<img class="drawing" alt="{escape(alt)}" src="data:image/svg+xml;base64,{data}">'
 
 
-def filled_template(name: str, package: str, **values: Any) -> str:
-    """Return a package's template filled with values, which are escaped as plain text.
+def filled_template(package: str, **values: Any) -> str:
+    """Return a package's ``page.html`` filled with values, which are escaped as plain text.
 
     Templates may call `table_html`, `display_html`, `image` and `drawing`, which escape their arguments themselves.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.globals |= {make.__name__: as_markup(make) for make in (table_html, display_html, image, drawing)}
-    return environment.from_string(viewer_file(name, package)).render(values)
+    return environment.from_string(viewer_file("page.html", package)).render(values)
 
 
 def as_markup(make: Callable[..., str]) -> Callable[..., Markup]:

@@ -72,9 +72,10 @@ def wrapped(name: str) -> str:
     return textwrap.fill(name, WRAP, break_long_words=False)
 
 
-def bounded_spread(value: float, spread: float | None) -> tuple[float, float]:
-    """Return the lengths of an error bar below and above a value, limited to 0 to 1."""
-    return min(spread or 0.0, value), min(spread or 0.0, 1 - value)
+def bounded_spread(row: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the lengths of an error bar below and above an F-measure, limited to 0 to 1."""
+    value, spread = row["f_measure"], row["f_measure_std"] or 0.0
+    return min(spread, value), min(spread, 1 - value)
 
 
 def write_plate(plate: Plate, out: Path) -> list[Path]:

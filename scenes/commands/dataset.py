@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from spherefunc_bullet.commands.options import Json
 from spherefunc_bullet.console import Failures, print_json, progress, say
 
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 Data = Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")]
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
 Views = Annotated[str, typer.Option(help="Number of Kinect views that are fused, such as 3; or whole: all surfaces.")]

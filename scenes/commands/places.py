@@ -89,15 +89,17 @@ def draw(
     person: float,
 ):
     """Draw objects with their places, and a sitter of the given height, metres."""
+    from spherefunc_bullet.formats.files import write_bytes
     from spherefunc_bullet.places.finding import cloud_and_frame
-    from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture
+    from spherefunc_bullet.viewer.place_pictures import places_picture, write_places_page
 
     shown = []
     for file, places in found:
         cloud, to_input = cloud_and_frame(file, up=up, units=units)
         shown.append((cloud, [place.moved(to_input.inverse()) for place in places]))
     if picture is not None:
-        write_places_picture([(cloud.name, cloud.points, places) for cloud, places in shown], picture, person)
+        named = [(cloud.name, cloud.points, places) for cloud, places in shown]
+        write_bytes(picture, places_picture(named, person))
     if page is not None:
         write_places_page(shown, page, person)
 

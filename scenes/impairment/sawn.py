@@ -84,11 +84,9 @@ def legs_cut_askew(specimen: Specimen, level: LevelPart, rng: np.random.Generato
 SAWN = kinds(("sittable", "table"), False, leg_sawn_off=leg_sawn_off, legs_cut_askew=legs_cut_askew)
 
 
-def copies_of(
-    specimen: Specimen, name: str, seed: int, some: Iterable[Impairment]
-) -> list[tuple[Impairment, ObjectSurface]]:
+def copies_of(specimen: Specimen, name: str, some: Iterable[Impairment]) -> list[tuple[Impairment, ObjectSurface]]:
     """Return the copies of some kinds that can be made of an object, each with its kind."""
-    made = [(kind, kind.applied(specimen, name, seed)) for kind in some if specimen.function in kind.functions]
+    made = [(kind, kind.applied(specimen, name, 0)) for kind in some if specimen.function in kind.functions]
     return [(kind, surface) for kind, surface in made if surface is not None]
 
 

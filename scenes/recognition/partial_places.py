@@ -57,7 +57,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
     mask = np.zeros(squares.max(axis=0) - corner + 3, bool)
     mask[tuple((squares - corner).T)] = True
     surface = HeightMap(corner * SCAN.cell, SCAN.cell, np.where(mask, height, -np.inf), 0.0)
-    mask = surface.blurred(mask, 2)
+    mask = surface.closed(mask)
     if kind == "put":
         mask &= ~covered(surface, around, height)
     room = SCAN.cell * (ndimage.distance_transform_edt(mask) - 0.5)

@@ -64,14 +64,6 @@ def rank(place: Place) -> tuple[float, float]:
     return -round(place.score, 2), -place.area
 
 
-def places_in_input(
-    anything: Anything, *, scores: Mapping[str, float], units: str = "m", up: str = BY_FILE, person: float = 1.75
-) -> list[Place]:
-    """Return the places of an object whose functions are known, in the coordinates and units of the input."""
-    cloud, to_input = cloud_and_frame(anything, units=units, up=up)
-    return [place.moved(to_input) for place in places_of(cloud, scores=scores, person=person)]
-
-
 def cloud_and_frame(anything: Anything, *, units: str = "m", up: str = BY_FILE) -> tuple[Cloud, Similarity]:
     """Return the cloud of an object, and the transformation from its frame to that of the input; see `as_cloud`."""
     if isinstance(anything, Cloud):

@@ -286,7 +286,7 @@ def seat_top(surface: HeightMap, middle: np.ndarray, level: float, scale: float)
 
 def seat_cells(surface: HeightMap, cell: np.ndarray, level: float) -> np.ndarray:
     """Return the cells (X, Y) bool of the seat around a cell, with gaps between slats filled."""
-    near = surface.blurred(np.abs(surface.heights - level) <= SOFT, 2) & np.isfinite(surface.heights)
+    near = surface.closed(np.abs(surface.heights - level) <= SOFT) & np.isfinite(surface.heights)
     labels, _ = ndimage.label(near)
     return labels == labels[tuple(cell)] if labels[tuple(cell)] else near
 

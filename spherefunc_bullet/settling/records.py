@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
@@ -58,7 +57,6 @@ def simulate_objects(
     drop_config: DropConfig,
     *,
     jobs: int = -1,
-    time_limit: float = math.inf,
     home: Path | None = None,
 ) -> Iterator[tuple[int, ObjectRecord | InputError]]:
     """Simulate the objects of files at every radius, in parallel and from the cache where it has them.
@@ -67,9 +65,7 @@ def simulate_objects(
     ----------
     jobs : int
         Number of parallel processes; -1: one per core. With 1, this process does the work, unless the simulator
-        declares that it is isolated (see `Simulator`) or there is a time limit.
-    time_limit : float
-        Seconds one object may take, all radii together.
+        declares that it is isolated (see `Simulator`).
     home : path, optional
         A run folder that serves as the cache (`batch`); by default the cache of the user.
 
@@ -77,11 +73,10 @@ def simulate_objects(
     ------
     index, outcome : int, ObjectRecord or InputError
         In the order in which they finish. A file that cannot be used yields its error, and so does one whose process
-        crashed twice or took too long; the others continue.
+        crashed twice; the others continue.
     """
     tasks = [(path, drop_config, home) for path in paths]
-    isolate = isolated(drop_config.simulator)
-    yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolate, time_limit=time_limit)
+    yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolated(drop_config.simulator))
 
 
 def simulate_by_several(

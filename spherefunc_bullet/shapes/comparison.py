@@ -122,7 +122,7 @@ class Subject:
 
     def tree(self, solid: Solid) -> cKDTree:
         """Return dense points on a shape, as a tree that is made in half the time of a balanced one."""
-        points = dense_points(solid.vertices, solid.faces, self.radius / 6)
+        points = dense_points(solid, self.radius / 6)
         return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
     @property

@@ -107,9 +107,9 @@ def thickened(points: np.ndarray) -> np.ndarray:
 MOST = 6_000_000  # points; with more, they are farther apart
 
 
-def dense_points(vertices: np.ndarray, faces: np.ndarray, gap: float) -> np.ndarray:
+def dense_points(solid: Solid, gap: float) -> np.ndarray:
     """Return points (N, 3) on triangles, with their corners, in rows along the longest edges, at most ``gap`` apart."""
-    corners = np.asarray(vertices, dtype=np.float64)[faces]
+    corners = np.asarray(solid.vertices, dtype=np.float64)[solid.faces]
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     turn = (edges.argmax(axis=1)[:, None] + np.arange(3)) % 3
     corners = np.ascontiguousarray(np.take_along_axis(corners, turn[:, :, None], axis=1))

@@ -34,7 +34,7 @@ class VoxelGrid:
 
     def free_space(self, solid: Solid) -> FreeSpace:
         """Return the free space around a shape, of which parts outside the grid are ignored."""
-        points = (dense_points(solid.vertices, solid.faces, 0.5 * self.cell) - self.low) / self.cell
+        points = (dense_points(solid, 0.5 * self.cell) - self.low) / self.cell
         return FreeSpace(grid=self, points=points[((points > 0) & (points < self.shape)).all(axis=1)])
 
     def near(self, points: np.ndarray, reach: float) -> np.ndarray:
@@ -164,7 +164,7 @@ def height_map(solid: Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return the height (X, Y) of a shape in each cell of a footprint; minus infinity in empty cells."""
     cell = cell_of(low, high)
     shape = np.ceil((high - low)[:2] / cell).astype(int) + 1
-    points = dense_points(solid.vertices, solid.faces, 0.6 * cell)
+    points = dense_points(solid, 0.6 * cell)
     heights = np.full(shape, -np.inf)
     raise_to(points, low[:2], cell, heights)
     return heights

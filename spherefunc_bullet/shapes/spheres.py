@@ -47,7 +47,7 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
         vertices=solid.vertices / radius,
         faces=solid.faces.astype(np.int32),
         pieces=None if solid.pieces is None else tuple(piece / radius for piece in solid.pieces),
-        columns=dense_points(solid.vertices, solid.faces, 0.25 * radius) / radius,
+        columns=dense_points(solid, 0.25 * radius) / radius,
     )
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
-from ..formats.files import write_bytes, write_text
+from ..formats.files import write_text
 from ..places.place import SHOWN, Place
 
 if TYPE_CHECKING:
@@ -202,11 +202,6 @@ def draw_place(axes: Axes3D, place: Place, person: float):
 def stream_of(place: Place) -> np.ndarray:
     """Return the ends (2, 3) of the stream that is poured at a place."""
     return np.array([place.position + [0, 0, 3 * (place.depth or 0.05) / 2], [*place.position[:2], place.height]])
-
-
-def write_places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], path: Path, person: float = TALL):
-    """Write the picture of objects and their places."""
-    write_bytes(path, places_picture(shown, person))
 
 
 def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path, person: float = TALL):

@@ -20,7 +20,7 @@ from mishaps import MishapSimulator, happen, surroundings
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.settling.cached_runs import DropConfig
-from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
+from spherefunc_bullet.settling.records import object_record, simulate_by_several, simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 DEATHS = {
@@ -186,7 +186,7 @@ def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
     how = DropConfig(simulator=MishapSimulator(), radii=(0.02,))
     dict(simulate_objects([other], how))  # then it takes no time, however slow the machine
-    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=3.0))
+    done = dict(run_tasks(object_record, [(slow, how), (other, how)], [slow, other], jobs=2, time_limit=3.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 

@@ -86,7 +86,7 @@ def test_an_experiment_repeats_its_tasks(tmp_path):
 def test_a_hole_is_where_it_is_said_to_be():
     cloud = load_cloud(household("mug_01"))
     specimen = Specimen(cloud, "cup")
-    copies = copies_of(specimen, "mug_01", 0, HOLED)
+    copies = copies_of(specimen, "mug_01", HOLED)
     assert [kind.kind for kind, _ in copies] == ["hole_at_25", "hole_at_50", "hole_at_75"]
     cup = specimen.cavity
     for height, (_, surface) in zip(HEIGHTS, copies, strict=True):

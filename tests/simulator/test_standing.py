@@ -191,7 +191,7 @@ def test_a_short_leg_rocks(simulator):
 
 def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
     whole = table()
-    (kind, sawn), *_ = copies_of(Specimen(whole, "table"), "table", 0, SAWN)
+    (kind, sawn), *_ = copies_of(Specimen(whole, "table"), "table", SAWN)
     assert kind.kind == "leg_sawn_off"
     settings = StandSettings(load=30.0, most_places=40)
     shares = [
@@ -202,7 +202,7 @@ def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
 
 
 def test_legs_cut_askew_lean():
-    kinds = {kind.kind: surface for kind, surface in copies_of(Specimen(table(), "table"), "table", 0, SAWN)}
+    kinds = {kind.kind: surface for kind, surface in copies_of(Specimen(table(), "table"), "table", SAWN)}
     simulator = make_simulator("fast")
     result = simulator.stands(cloud_from_mesh(*kinds["legs_cut_askew"].mesh()), StandSettings(), NOWHERE)
     assert result.stance in (Stance.ROCKS, Stance.TIPS) and result.tilt_deg > 4

@@ -79,7 +79,7 @@ def handle_of(subject: Subject) -> tuple[np.ndarray, np.ndarray, np.ndarray] | N
 
     None where there is none: where what lies beyond the rim lies all around, or a finger fits through nowhere.
     """
-    points = dense_points(subject.mesh.vertices, subject.mesh.faces, GAP * subject.extent)
+    points = dense_points(subject.mesh, GAP * subject.extent)
     rim = points[points[:, 2] > subject.high[2] - 0.03 * (subject.high - subject.low)[2], :2]
     middle, radius = np.median([rim.min(axis=0), rim.max(axis=0)], axis=0), np.ptp(rim, axis=0).min() / 2
     away = points[:, :2] - middle

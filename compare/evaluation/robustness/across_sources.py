@@ -185,7 +185,7 @@ def main(
 ):
     """Measure a recipe on the sources that it would learn, each left out in turn."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    drop_config = options.drop_config(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
+    drop_config = options.drop_config(backend, None, None, seed, options.BY_FILE, "m")
     dataset = joined_datasets(datasets)
     if not any(sources_of(dataset.objects)):
         raise InputError(

@@ -23,7 +23,7 @@ def base_cabinet(rng: Generator, *, sink: bool = False):
     """Return a kitchen cabinet with a worktop, a recessed plinth and doors; a sink is let into the top."""
     width, depth, height = 0.9 * rng.uniform(0.9, 1.3), rng.uniform(0.56, 0.62), rng.uniform(0.84, 0.92)
     parts = [box(width - 0.02, depth - 0.12, 0.1, y=0.04), box(width, depth - 0.04, height - 0.14, y=0.01, z=0.1)]
-    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11, 2)
+    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11)
     if not sink:
         return join(parts, box(width + 0.02, depth, 0.04, z=height - 0.04))
     rim = [box(width + 0.02, 0.1, 0.2, y=y * (depth / 2 - 0.05), z=height - 0.2) for y in (-1, 1)]
@@ -34,12 +34,11 @@ def base_cabinet(rng: Generator, *, sink: bool = False):
     return join(parts, rim, box(width, depth - 0.02, 0.05, z=height - 0.25), tap)
 
 
-def _doors(width: float, height: float, y: float, z: float, count: int):
-    """Return doors side by side with upright pulls, their faces at y."""
-    door, parts = width / count, []
-    for number in range(count):
-        x = (number - (count - 1) / 2) * door
-        side = 1 if number % 2 == 0 else -1
+def _doors(width: float, height: float, y: float, z: float):
+    """Return two doors side by side with upright pulls, their faces at y."""
+    door, parts = width / 2, []
+    for side in (1, -1):
+        x = -side * door / 2
         parts.append(box(door - 0.008, 0.02, height - 0.01, x=x, y=y, z=z + 0.005))
         parts.append(box(0.012, 0.03, min(0.2, 0.3 * height), x=x + side * 0.4 * door, y=y - 0.02, z=z + 0.5 * height))
     return parts
@@ -49,7 +48,7 @@ def wardrobe(rng: Generator):
     """Return a wardrobe, 1.8 to 2.2 m high."""
     width, depth, height = rng.uniform(0.9, 1.1), rng.uniform(0.5, 0.62), rng.uniform(1.8, 2.2)
     parts = [box(width, depth - 0.03, height - 0.08, y=0.01, z=0.05), box(width - 0.04, depth - 0.1, 0.06)]
-    parts += _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, 2)
+    parts += _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06)
     return join(parts, box(width + 0.03, depth, 0.035, z=height - 0.035))
 
 
