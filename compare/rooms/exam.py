@@ -151,7 +151,7 @@ def print_benchmark(rows: Sequence[Row]):
         for row in rows
     ]
     columns = ["by", "of", "scans", "found of seen", "claims true", "sure ones", "backs", "disputed"]
-    print_table(f"The exam, with {SHARE:.0%} intervals by bootstrap over scans", columns, table)
+    print_table(f"The benchmark, with {SHARE:.0%} intervals by bootstrap over scans", columns, table)
     show()
 
 

@@ -108,6 +108,7 @@ def test_every_number_says_what_it_stands_for():
     assert all(one.metadata["meaning"] for stage in STAGES.values() for one in fields(stage))
 
 
-def test_the_document_lists_those_that_are_left(capsys):
+def test_the_document_says_how_many_are_left(capsys):
     print_list()
-    assert capsys.readouterr().out in (ROOT / "docs" / "rooms.md").read_text()
+    count = capsys.readouterr().out.splitlines()[-1]
+    assert count in " ".join((ROOT / "docs" / "rooms.md").read_text().split())

@@ -57,7 +57,7 @@ QUANTITIES = (
     Quantity("stays_early", "share", "the same until half of all that settled had settled"),
     Quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
     Quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
-    Quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
+    Quantity("rolled", "radii", "mean distance from where spheres fell to where they rest"),
     Quantity("walled_in", "share", "spheres with the object on every side"),
     Quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes
     Quantity("middle_gap", "m", "median gap under spheres into which smaller ones go"),
