@@ -53,7 +53,7 @@ def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
     classifier = load_model(model)
     learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
     if learnt:
-        say(f"{model}: has learnt {len(learnt)} objects of the names of those it is to tell; the figures may flatter")
+        say(f"{model}: has learnt {len(learnt)} objects of the same names as those tested; figures may be optimistic")
     return Fold(dataset=dataset, model=classifier, jobs=jobs)
 
 

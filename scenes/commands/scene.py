@@ -48,7 +48,7 @@ def scene(
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
     depth_scale: Annotated[
-        float | None, typer.Option(help="Depth values per metre, for depth images of integers: 1000; TUM's 5000.")
+        float | None, typer.Option(help="Depth values per metre of images of integers. Default: 1000; for TUM's 5000.")
     ] = None,
     frames: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Fuse the depth images of a folder: TUM, 3DMatch, Redwood.")

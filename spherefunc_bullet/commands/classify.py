@@ -36,7 +36,8 @@ def classify(
     ],
     model: Model = None,
     backend: Annotated[
-        str | None, typer.Option(help="Simulator of the model; of several (fast,bullet) the others confirm the first.")
+        str | None,
+        typer.Option(help="Simulator of the model; with fast,bullet, the first answers and the second checks."),
     ] = None,
     function: Annotated[
         str | None, typer.Option(help="Classify this function only; models by cubes then run its radius only.")

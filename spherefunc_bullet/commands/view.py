@@ -113,7 +113,7 @@ def require_page_place(out: Path | None):
     if out is None:
         return
     if not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{out}: expected a name that ends in .html, or a folder that is there")
+        raise InputError(f"{out}: expected a name that ends in .html, or an existing folder")
     require_place(out / "page.html" if out.is_dir() else out)
 
 

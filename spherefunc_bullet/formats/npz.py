@@ -25,7 +25,6 @@ from .sources import Geometry, Source
 # What reading a damaged archive raises; a single array instead of an archive raises TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
 DAMAGE += (zipfile.BadZipFile, zlib.error)
-_ANSWER = "told"  # name of the result of a check in cache entries
 
 
 def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
@@ -178,7 +177,8 @@ def uninterrupted() -> Iterator[None]:
 
 def cached_check(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
     """Return the result of ``check`` for the object with this hash, cached under a name."""
-    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
+    entry = entry_path(name, content, home)
+    return bool(computed_once(entry, lambda: {"failed": np.array(check())}, ["failed"])["failed"])
 
 
 def computed_once(

@@ -23,9 +23,9 @@ LEVEL = 5e-3  # of the extent: points no higher above the lowest corner are on t
 CARRIED_ACROSS = 16.0  # radii per largest extent: 6 mm for a mug; smaller spheres would stay behind the rim of a tray
 OVERLOAD, OVERLOADED = 1000.0, 100.0  # kg, and in own masses: an object that tips under no smaller load never tips
 KINDS = {
-    "poses": "tell poses",
-    "stands": "tell whether it stands",
-    "carry": "carry an object about",
+    "poses": "find poses",
+    "stands": "say whether it stands",
+    "carry": "carry an object",
     "prove": "prove places",
 }
 

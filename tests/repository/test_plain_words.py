@@ -28,7 +28,6 @@ KEPT = {
     "compare/commands/mechanics.py": {"things"},
     "compare/comparison/tables.py": {"things"},
     "compare/documents/*": {"told"},
-    "spherefunc_bullet/formats/npz.py": {"told"},
     "scenes/report/*.js": {"thing", "things"},
 }
 

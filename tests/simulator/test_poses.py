@@ -212,7 +212,7 @@ def test_a_backend_that_lacks_an_ability_says_so_in_one_line():
     class Bare:
         name, version, drop, options = "bare", "1", print, print
 
-    with pytest.raises(InputError, match="backend 'bare' cannot tell poses: expected one that can: .*fast") as caught:
+    with pytest.raises(InputError, match="backend 'bare' cannot find poses: expected one that can: .*fast") as caught:
         require_ability(Bare(), "poses")
     assert "\n" not in str(caught.value)
 

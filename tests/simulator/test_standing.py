@@ -28,7 +28,7 @@ NOWHERE = np.empty((0, 3))
 @pytest.fixture(scope="module", params=sorted(backend_entry_points()))
 def simulator(request):
     if request.param not in able_backends("stands"):
-        pytest.skip(f"{request.param} does not tell whether objects stand")
+        pytest.skip(f"{request.param} does not say whether objects stand")
     try:
         return make_simulator(request.param)
     except InputError as error:
