@@ -14,8 +14,10 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.profiles.calibration import ScoreRange
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
+from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.settling.drops import DropsByRadius
-from spherefunc_bullet.settling.settling import settle_all
+from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator import isolated, make_simulator
 
 from ..pools.surfaces import Pool
 from ..pools.tops import levelled
@@ -170,11 +172,13 @@ def settle_parts(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByR
     object that the simulator cannot handle holds no spheres, which is logged.
     """
     settled: list[DropsByRadius] = [{} for _ in clouds]
-    every, profiles = model.chosen_radii(), model.run_limit.drops is not None
-    smallest = [0.0 if profiles else value_for_size(RECOGNITION.smallest_radii, cloud.size.max()) for cloud in clouds]
-    radii = [[radius for radius in every if radius >= least] for least in smallest]
+    simulator, profiles, tasks = make_simulator(model.simulator), model.run_limit.drops is not None, []
+    for cloud in clouds:
+        least = 0.0 if profiles else value_for_size(RECOGNITION.smallest_radii, cloud.size.max())
+        radii = [radius for radius in model.chosen_radii() if radius >= least]
+        tasks.append((cloud, simulator, radii, model.seed, model.run_limit))
     names = [cloud.name for cloud in clouds]
-    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.run_limit):
+    for number, outcome in run_tasks(settle, tasks, names, isolate=isolated(simulator)):
         if isinstance(outcome, InputError):
             logger.warning("object %d: %s", number, outcome)
         else:

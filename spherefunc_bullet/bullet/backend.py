@@ -146,6 +146,7 @@ class BulletSimulator(Physics):
 
     def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[ProofResult]:
         """Test places of an object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
-        from .proofs import prove_uses
+        from .proofs import Stage, prove_use
 
-        return prove_uses(cloud, uses, settings, seed)
+        with Stage(cloud, settings.friction) as stage:
+            return [prove_use(stage, use, settings, seed) for use in uses]

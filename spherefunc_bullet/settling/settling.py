@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,8 +13,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, Mesh
 from ..clouds.preparation import headed, surround_centre
 from ..errors import InputError, one_line, require_amount
-from ..processes.tasks import run_tasks
-from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
+from ..simulator import DropSettings, Simulator, make_simulator, one_by_one, sphere_limit
 from ..simulator.mechanics import LEVEL, Material, StandSettings
 from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
@@ -58,31 +57,6 @@ def loses_water(cloud: Cloud) -> bool:
 
     simulator = make_simulator("fast")
     return leaks(cloud, simulator.drop(cloud, drop_settings(simulator, SMALL, RunLimit(drops=DROPS)), 0).centers)
-
-
-def settle_all(
-    clouds: Sequence[Cloud],
-    simulator: str | Simulator,
-    radii: Sequence[Sequence[float]],
-    seed: int,
-    names: Sequence,
-    run_limit: RunLimit = LIMITED,
-) -> Iterator[tuple[int, DropsByRadius | InputError]]:
-    """Settle several clouds, each at radii of its own; a simulator that may crash runs in another process.
-
-    Parameters
-    ----------
-    names : sequence
-        Names of the clouds in error messages, such as the paths of their files.
-
-    Yields
-    ------
-    index, outcome : int, DropsByRadius or InputError
-        In the order of the clouds.
-    """
-    simulator = make_simulator(simulator)
-    tasks = [(cloud, simulator, lengths, seed, run_limit) for cloud, lengths in zip(clouds, radii, strict=True)]
-    yield from run_tasks(settle, tasks, names, isolate=isolated(simulator))
 
 
 def drop_if_useful(

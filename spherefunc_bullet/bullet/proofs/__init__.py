@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from ...clouds.cloud import Cloud
 from ...simulator.proofs import PourUse, ProofResult, ProofSettings, PutUse, SitUse, Use
 from .setting_down import put_down
 from .sitter import sit_down
 from .stage import Stage
 from .stream import pour
-
-
-def prove_uses(cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int) -> list[ProofResult]:
-    """Return the result of each use of a static object."""
-    with Stage(cloud, settings.friction) as stage:
-        return [prove_use(stage, use, settings, seed) for use in uses]
 
 
 def prove_use(stage: Stage, use: Use, settings: ProofSettings, seed: int) -> ProofResult:
