@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.clouds.hulls import hull_corners
+from spherefunc_bullet.clouds.outline import hull_corners
 from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, explaining, one_line, warn_renamed
 from ..formats.sources import Geometry, Source, as_source, read_geometry
 from ..formats.units import BY_FILE
-from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
-from .outline import corners_of
+from .orientation import Report, corners_of, require_choices, require_size, to_metres, to_z_up, unit_question
 
 MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # of 110 square metres, whose sampling takes less than 2 GiB

@@ -1,4 +1,4 @@
-"""Axes and units: conversion from those of a file to metres with z up."""
+"""Axes, units and bounding boxes: conversion from those of a file to metres with z up."""
 
 from __future__ import annotations
 
@@ -39,6 +39,11 @@ def require_choices(up: str, units: str) -> None:
     for option, value, choices in (("up", up, UPS), ("units", units, UNITS)):
         if value not in choices:
             raise InputError(f'{option}="{value}": expected one of {", ".join(choices)}')
+
+
+def corners_of(points: np.ndarray) -> np.ndarray:
+    """Return the lowest and the highest corner (2, 3) of the bounding box of points (N, 3), metres."""
+    return np.array([[axis.min() for axis in points.T], [axis.max() for axis in points.T]])
 
 
 def turned_up(points: np.ndarray, up: str) -> np.ndarray:

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .cloud import Cloud, Mesh, centre_on_ground, placed
-from .outline import corners_of
+from .cloud import Cloud, Mesh, centre_on_ground, corners_of, placed
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -213,7 +212,7 @@ def heading(cloud: Cloud) -> float:
 
 def heading_of(places: np.ndarray) -> float:
     """Return the heading of points on the ground (N, 2), metres; see `heading`."""
-    from .hulls import hull_corners  # compiled kernels, which cached results do not need
+    from .outline import hull_corners  # compiled kernels, which cached results do not need
 
     corners = hull_corners(places)
     if len(corners) < 3:  # a line or a point

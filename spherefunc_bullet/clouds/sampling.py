@@ -15,7 +15,8 @@ import math
 import numpy as np
 
 from ..processes.compilation import lean_njit
-from .outline import corners_of, merge_vertices, outline_points
+from .orientation import corners_of
+from .outline import merge_vertices, outline_points
 from .thinning import Planes, thin
 
 COVER = 0.46  # of max_gap: a lattice pitch of 4 mm for 5 mm; the rest is for thinning

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..processes.compilation import njit
 from .bricks import stands_above, stands_for, thin_in_bricks, top_in_bricks
-from .outline import corners_of
+from .orientation import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 MAX_CELLS = 20_000_000  # of a grid, 80 MB; larger or emptier grids are replaced by a hash table

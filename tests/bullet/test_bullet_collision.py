@@ -36,7 +36,7 @@ from spherefunc_bullet.bullet.collision.voxels import (
     split,
     voxel_normals,
 )
-from spherefunc_bullet.clouds.hulls import chain
+from spherefunc_bullet.clouds.outline import chain
 
 RANDOM = np.random.default_rng
 

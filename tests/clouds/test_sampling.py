@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds import thinning
-from spherefunc_bullet.clouds.outline import corners_of
+from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.clouds.sampling import sample_surface
 from spherefunc_bullet.clouds.thinning import one_per_cell, thin
 

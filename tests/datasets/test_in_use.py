@@ -12,7 +12,7 @@ import trimesh
 from catalogues import household
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
-from spherefunc_bullet.clouds.hulls import hull_corners
+from spherefunc_bullet.clouds.outline import hull_corners
 from spherefunc_bullet.clouds.preparation import filled, headed, levelled, prepare, rotation_to_z, turned_cloud
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
-from spherefunc_bullet.clouds.hulls import hull_corners
+from spherefunc_bullet.clouds.outline import hull_corners
 from spherefunc_bullet.learning.profiles.columns import outline_of, well_within
 from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, NearPoints, cells, crowded
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters

@@ -9,8 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spherefunc_bullet.clouds.cloud import placed
-from spherefunc_bullet.clouds.outline import corners_of
+from spherefunc_bullet.clouds.cloud import corners_of, placed
 
 from ..specimen import level_direction, turn
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.ndimage import label
 
-from ...clouds.hulls import chain, cross
+from ...clouds.outline import chain, cross
 from ...processes.compilation import njit
 
 CELLS = 4  # of the grid on which hulls are checked, per reach
