@@ -116,11 +116,13 @@ def main(
     model: Annotated[Path | None, typer.Option(help="A model file. Default: the package's model.")] = None,
     only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
     pictures: Annotated[Path | None, typer.Option(help="Folder for pictures of scans whose licence allows it.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Random seed of the spheres. Default: the model's.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")] = False,
 ):
     """Measure recognition on real scans."""
     paths, failures, measured = scan_files(data, only), Failures(), ScanResults()
     classifier = load_model(model or shipped_model("fast", scans=True))
+    classifier.seed = classifier.seed if seed is None else seed
     prepare_folder(pictures)
     warm_up(make_simulator(classifier.simulator))
     compile_kernels()

@@ -213,9 +213,10 @@ def real_scans(*words: object) -> subprocess.CompletedProcess:
 
 
 @pytest.mark.slow
-def test_the_command_scores_a_room_that_is_known(tmp_path):
+@pytest.mark.parametrize("seed", [(), ("--seed", 1)])
+def test_the_command_scores_a_room_that_is_known(tmp_path, seed: tuple):
     write_labelled_room(tmp_path)
-    done = real_scans(tmp_path, "--json")
+    done = real_scans(tmp_path, "--json", *seed)
     assert done.returncode == 0, done.stderr
     about = json.loads(done.stdout)
     assert (about["seen"], about["scans"][0]["scan"]) == (3, "room.ply")
