@@ -100,7 +100,7 @@ def about_labels(report: Report) -> str:
 
 
 def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
-    """Return in words at which functions a backend is better, worse and level."""
+    """Return in words at which functions a backend is better, worse and as good."""
     by: dict[str, dict[str, Difference]] = {BETTER: {}, WORSE: {}, LEVEL: {}, UNKNOWN: {}}
     for function, row in differences.items():
         by[row["verdict"]][function] = row
@@ -117,7 +117,7 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
     if level:
         largest = max(abs(row["difference"]) for row in level.values())
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
-        parts.append(f"level at {enumeration(list(level))} ({within})")
+        parts.append(f"as good at {enumeration(list(level))} ({within})")
     if open_:
         signed = enumeration([f"{function} ({unseen(row)})" for function, row in open_.items()])
         parts.append(f"neither better nor worse as far as so few objects tell at {signed}")

@@ -122,7 +122,7 @@ def benefit_sentence(task: str, outcomes: Sequence[TaskOutcome], unable: Sequenc
         sentence = f"only {slow.backend} can do it, {', '.join(unable)} cannot" if unable else beside_none
         return f"{task}: {sentence} ({words})."
     better, chance = compare_outcomes(quick, slow)
-    verdict = "level with" if chance > CHANCE else "better than" if better else "worse than"
+    verdict = "as good as" if chance > CHANCE else "better than" if better else "worse than"
     buys = "gains nothing measurable" if chance > CHANCE else "buys that" if better else "costs that"
     times = f"{slow.seconds / max(quick.seconds, 1e-9):.1f} times the time"
     price = f"{times} ({format_duration(slow.seconds)} against {format_duration(quick.seconds)} each)"

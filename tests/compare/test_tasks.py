@@ -55,7 +55,7 @@ def test_the_sign_test_by_hand():
 def test_one_sentence_says_what_fidelity_buys():
     quick, same = outcome("fast", "1" * 20), outcome("bullet", "1" * 20, seconds=3.0)
     level = benefit_sentence("poses", [quick, same], ())
-    assert "bullet is level with fast (share 1.00 against 1.00 of 20) and gains nothing measurable" in level
+    assert "bullet is as good as fast (share 1.00 against 1.00 of 20) and gains nothing measurable" in level
     worse = outcome("fast", "0" * 10 + "1" * 10)
     said = benefit_sentence("poses", [worse, same], ())
     assert "better than" in said and "3.0 times the time (3.0 s against 1.0 s each)" in said
