@@ -14,7 +14,7 @@ from spherefunc_bullet.viewer.page import table_html
 from .significance import (
     BETTER,
     COARSE,
-    LEVEL,
+    EQUAL,
     UNKNOWN,
     Difference,
     Report,
@@ -90,7 +90,7 @@ def recommended(
 
 def leaves_open(row: Difference) -> bool:
     """Return whether the true difference may be large."""
-    return row["verdict"] == UNKNOWN or (row["verdict"] == LEVEL and row["margin"] > COARSE)
+    return row["verdict"] == UNKNOWN or (row["verdict"] == EQUAL and row["margin"] > COARSE)
 
 
 def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:

@@ -16,7 +16,7 @@ from ..evaluation.impaired import COPIES_LEARNT, mean_shares
 Report = Mapping[str, Any]  # the JSON of `spherefunc compare`, see `comparison.compare_entries`
 Difference = dict[str, Any]  # see `paired_difference`
 
-BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
+BETTER, WORSE, EQUAL, UNKNOWN = "better", "worse", "equal", "unknown"
 CONFIDENCE = 0.95
 COARSE = 0.1  # a wider margin of F-measures leaves open which simulator is better
 
@@ -44,7 +44,7 @@ def paired_difference(first: Sequence[float], second: Sequence[float], train: in
     error = math.sqrt((1 / len(differences) + test / train) * float(differences.var(ddof=1)))
     margin = float(t.ppf((1 + CONFIDENCE) / 2, len(differences) - 1)) * error
     # F-measures are kept to four places; smaller differences do not count.
-    verdict = LEVEL if abs(mean) <= max(margin, 5e-5) else BETTER if mean > 0 else WORSE
+    verdict = EQUAL if abs(mean) <= max(margin, 5e-5) else BETTER if mean > 0 else WORSE
     return {"difference": round(mean, 4), "margin": round(margin, 4), "verdict": verdict}
 
 
@@ -101,7 +101,7 @@ def about_labels(report: Report) -> str:
 
 def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
     """Return in words at which functions a backend is better, worse and as good."""
-    by: dict[str, dict[str, Difference]] = {BETTER: {}, WORSE: {}, LEVEL: {}, UNKNOWN: {}}
+    by: dict[str, dict[str, Difference]] = {BETTER: {}, WORSE: {}, EQUAL: {}, UNKNOWN: {}}
     for function, row in differences.items():
         by[row["verdict"]][function] = row
     if len(by[UNKNOWN]) == len(differences):
@@ -112,12 +112,12 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
         for verdict in (BETTER, WORSE)
         if by[verdict]
     ]
-    level = {function: row for function, row in by[LEVEL].items() if row["margin"] <= COARSE}
-    open_ = {function: row for function, row in by[LEVEL].items() if row["margin"] > COARSE}
-    if level:
-        largest = max(abs(row["difference"]) for row in level.values())
+    equal = {function: row for function, row in by[EQUAL].items() if row["margin"] <= COARSE}
+    open_ = {function: row for function, row in by[EQUAL].items() if row["margin"] > COARSE}
+    if equal:
+        largest = max(abs(row["difference"]) for row in equal.values())
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
-        parts.append(f"as good at {enumeration(list(level))} ({within})")
+        parts.append(f"as good at {enumeration(list(equal))} ({within})")
     if open_:
         signed = enumeration([f"{function} ({unseen(row)})" for function, row in open_.items()])
         parts.append(f"neither better nor worse as far as so few objects tell at {signed}")

@@ -485,9 +485,9 @@ def test_margin_by_hand():
     # Differences 0.1 and 0.3: mean 0.2, variance 0.02; two trials with as many tested as learnt count it 1.5 times;
     # Student's t for one degree of freedom at 97.5 % is 12.706.
     found = paired_difference([0, 0], [0.1, 0.3], 10, 10)
-    assert found["difference"] == pytest.approx(0.2) and found["verdict"] == "level"
+    assert found["difference"] == pytest.approx(0.2) and found["verdict"] == "equal"
     assert found["margin"] == pytest.approx(12.706 * np.sqrt(1.5 * 0.02), abs=1e-3)
-    assert paired_difference([0.5, 0.5], [0.5, 0.5], 10, 10)["verdict"] == "level"
+    assert paired_difference([0.5, 0.5], [0.5, 0.5], 10, 10)["verdict"] == "equal"
     assert paired_difference([0.5, 0.5], [0.4, 0.4], 10, 10)["verdict"] == "worse"
 
 
