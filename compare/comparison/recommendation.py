@@ -121,7 +121,7 @@ def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
     undecided = [row for row in rows if row.undecided and not row.beaten]
     if undecided:
         functions = enumeration([row.function for row in undecided])
-        parts.append(f"for {functions} so few objects do not decide; {undecided[0].backend} is the cheapest")
+        parts.append(f"for {functions} there are too few objects to decide; {undecided[0].backend} is the cheapest")
     sentence = "; ".join(parts)
     return f"{sentence[:1].upper()}{sentence[1:]}."
 

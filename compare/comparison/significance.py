@@ -120,7 +120,7 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
         parts.append(f"as good at {enumeration(list(equal))} ({within})")
     if open_:
         signed = enumeration([f"{function} ({unseen(row)})" for function, row in open_.items()])
-        parts.append(f"neither better nor worse as far as so few objects tell at {signed}")
+        parts.append(f"not measurably better or worse, with so few objects, at {signed}")
     return f"{name} is {enumeration(parts)}"
 
 

@@ -56,7 +56,7 @@ def test_the_cheapest_stands_unless_another_is_better():
         ("sittable", "fast"),
     ]
     assert recommendation_sentence(recommendations(found)) == (
-        "Use bullet for cup, and fast for table; for sittable so few objects do not decide; fast is the cheapest."
+        "Use bullet for cup, and fast for table; for sittable there are too few objects to decide; fast is the cheapest."
     )
     better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±")
@@ -105,7 +105,7 @@ def test_a_margin_wider_than_anything_said_with_it_is_said_in_words():
 def test_the_sentence_on_top_says_where_the_data_do_not_decide():
     found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=ASTRAY))
     assert recommendation_sentence(recommendations(found)) == (
-        "For cup so few objects do not decide; fast is the cheapest."
+        "For cup there are too few objects to decide; fast is the cheapest."
     )
 
 
