@@ -470,7 +470,7 @@ def test_answer_with_all_directions_at_once_is_one_sentence():
     two = backend(3.0, radii=(0.03,), cup=HIGHER, sittable=STEADY, table=ASTRAY)
     said = answered(slow=two, quick=one)
     assert said.startswith("Beside quick, slow is better at cup (") and ", worse at sittable (" in said
-    assert " tell at table (" in said and "each with radii of its own" in said and "\n" not in said
+    assert " objects, at table (" in said and "each with radii of its own" in said and "\n" not in said
 
 
 def test_answer_for_three_backends_for_one_and_for_one_trial():
