@@ -98,7 +98,7 @@ def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
             rows.append(done_row(task, way, content, run, arrays))
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # an error of the backend with this object must not end the run
+    except (Exception, SystemExit) as error:  # an error of the backend with this object must not end the run
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}, line {last.lineno}"
         raise Unexpected(f"{task.path}: expected a result, got {type(error).__name__}: {error} ({where})") from error

@@ -222,10 +222,10 @@ def mishaps(tmp_path):
 
 
 def test_crash_hang_hunger_and_bugs_cost_one_object_each(mishaps):
-    names = ("one", "segfault", "killed", "left", "hungry", "bug", "refused", "two")
-    assert counts(finished(mishaps(*names), limits=ObjectLimits(memory=2**30))) == (2, 6, 0)
+    names = ("one", "segfault", "killed", "left", "hungry", "bug", "sys_exit", "refused", "two")
+    assert counts(finished(mishaps(*names), limits=ObjectLimits(memory=2**30))) == (2, 7, 0)
     batch = mishaps(*names, "sleeper")  # the only one that is left to do, however slow the machine
-    assert counts(finished(batch, limits=ObjectLimits(seconds=0.3))) == (0, 7, 2)
+    assert counts(finished(batch, limits=ObjectLimits(seconds=0.3))) == (0, 8, 2)
     outcomes = {Path(row[0]).stem: (row[6], row[9]) for row in rows(batch.folder.path)}
     expected = {
         "segfault": ("crashed", "SIGSEGV"),
@@ -234,6 +234,7 @@ def test_crash_hang_hunger_and_bugs_cost_one_object_each(mishaps):
         "sleeper": ("timed out", "within 0.3 s; stopped twice"),
         "hungry": ("out of memory", "1024 MiB that a worker may have"),
         "bug": ("error", "ValueError: a bug of ours (mishaps.py"),
+        "sys_exit": ("error", "SystemExit: 4 (mishaps.py"),
         "refused": ("refused", "expected something else"),
     }
     for name, (outcome, words) in expected.items():
