@@ -283,6 +283,12 @@ def test_cloud_is_left_as_it_was(simulator: Simulator):
     assert np.array_equal(cloud.points, before)
 
 
+def test_nothing_is_printed_on_stdout(simulator: Simulator, capfd: pytest.CaptureFixture):
+    """Commands print JSON there."""
+    simulator.drop(shapes.plate(), DropSettings(radius=radius_of("plate"), max_drops=1), 0)
+    assert not capfd.readouterr().out
+
+
 def test_unknown_backend_names_those_there_are():
     with pytest.raises(InputError, match="expected one of.*fast"):
         make_simulator("no-such-backend")
