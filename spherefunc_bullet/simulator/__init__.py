@@ -66,7 +66,8 @@ class DropResult:
     Raises
     ------
     ValueError
-        If the provenance lacks an entry that all commands read: backend, version, settings or seed.
+        If the provenance lacks an entry that all commands read: backend, version, settings or seed; if centres are not
+        finite, or the outcomes do not match them.
     """
 
     centers: np.ndarray  # (S, 3) float64, metres, the object's frame, in the order in which they settled
@@ -88,6 +89,18 @@ class DropResult:
             raise ValueError(
                 f"provenance: expected backend, version, settings and seed, got none of {', '.join(missing)}; "
                 "use provenance_of(simulator, settings, seed)"
+            )
+        centers = self.centers  # checked here, since caches and ledgers would keep a wrong result
+        if not isinstance(centers, np.ndarray) or centers.dtype.kind != "f" or centers.shape[1:] != (3,):
+            about = f"{centers.dtype} {centers.shape}" if isinstance(centers, np.ndarray) else type(centers).__name__
+            raise ValueError(f"centers: expected an array of floats (S, 3), got {about}")
+        if not np.isfinite(centers).all():
+            raise ValueError("centers: expected finite numbers, got NaN or infinity")
+        told = np.count_nonzero(np.asarray(self.outcomes) == Outcome.SETTLED)
+        if len(self.columns) != len(self.outcomes) or len(self.outcomes) and told != len(centers):
+            raise ValueError(
+                f"outcomes: expected a column for each, and {len(centers)} settled as in centers, got "
+                f"{len(self.columns)} columns, {len(self.outcomes)} outcomes, {told} of them settled"
             )
 
     @property
@@ -228,7 +241,7 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
     Raises
     ------
     InputError
-        If no backend has that name, its package is missing, or an option is not one of its own.
+        If no backend has that name, it cannot be imported or made, or an option is not one of its own.
     """
     points = backend_entry_points()
     if isinstance(simulator, Simulator) and not isinstance(simulator, type):
@@ -238,10 +251,15 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
     if not isinstance(simulator, str) or simulator not in points:
         known = ", ".join(sorted(points)) or "none installed"
         raise InputError(f"backend {one_line(repr(simulator)):.200}: expected one of {known}")
-    with explaining(f"backend {simulator!r} cannot be imported", ImportError, why=": "):
+    with explaining(f"backend {simulator!r} cannot be imported", Exception, why=": "):  # it may raise anything
         backend = points[simulator].load()
-    known = signature(backend)
-    with explaining(f"backend {simulator!r}: expected options of {', '.join(known.parameters)}", TypeError, why="; "):
+        known = signature(backend)
+    names = ", ".join(known.parameters)
+    expected = f"options of {names}" if names else "no options"
+    with explaining(f"backend {simulator!r}: expected {expected}", TypeError, why="; "):
         known.bind(**options)
-    with explaining(f"backend {simulator!r}", TypeError, why=": "):
-        return backend(**options)
+    with explaining(f"backend {simulator!r}", TypeError, OSError, RuntimeError, why=": "):  # such as a missing licence
+        made = backend(**options)
+    if not isinstance(made, Simulator):
+        raise InputError(f"backend {simulator!r}: expected name, version, options() and drop(); see docs/backends.md")
+    return made

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
@@ -231,10 +232,7 @@ def able_backends(ability: str) -> Sequence[str]:
     """Return the names of the registered backends that can be imported and have an ability."""
     able = []
     for name, point in sorted(backend_entry_points().items()):
-        try:
-            backend = point.load()
-        except ImportError:
-            continue
-        if callable(getattr(backend, ability, None)):
-            able.append(name)
+        with suppress(Exception):  # other packages' code may raise anything
+            if callable(getattr(point.load(), ability, None)):
+                able.append(name)
     return able

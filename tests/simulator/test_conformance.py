@@ -95,6 +95,42 @@ def test_a_result_without_provenance_is_refused_where_it_is_made():
         DropResult(**nothing, provenance={"backend": "x", "seed": 0, "settings": {}})
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"centers": np.full((1, 3), np.nan)}, "centers.*finite"),
+        ({"centers": np.zeros((1, 2))}, r"centers.*floats \(S, 3\), got float64 \(1, 2\)"),
+        ({"centers": [[0.0, 0.0, 1.0]]}, "centers.*array of floats.*list"),
+        ({"centers": np.zeros((2, 3))}, "outcomes: expected.* 2 settled.*1 of them settled"),
+        ({"columns": np.zeros((3, 2))}, "outcomes: expected a column for each.*3 columns, 1 outcomes"),
+    ],
+)
+def test_a_result_that_contradicts_itself_is_refused_where_it_is_made(wrong, words):
+    """Caches and ledgers would keep it."""
+    right = {"centers": np.zeros((1, 3)), "columns": np.zeros((1, 2)), "outcomes": np.zeros(1, np.int8)}
+    about = {"on_object": np.ones(1, bool), "rolled_off": 0, "rejected": 0, "timed_out": 0, "stop": Stop.MISSES}
+    about |= {"seconds": 0.0, "provenance": {"backend": "x", "version": "1", "seed": 0, "settings": {}}}
+    assert DropResult(**right, **about).settled == 1
+    with pytest.raises(ValueError, match=words):
+        DropResult(**(right | wrong), **about)
+
+
+def test_backends_that_cannot_be_made_are_a_line_each_and_hide_no_other(tmp_path):
+    code = "class Unlicensed:\n    def __init__(self):\n        raise RuntimeError('no licence')\n"
+    code += "class Unversioned:\n    name = 'unversioned'\n"
+    points = "".join(f'{name.lower()} = "half:{name}"\n' for name in ("Absent", "Unlicensed", "Unversioned"))
+    install(tmp_path, f'[project]\nname = "half"\n[project.entry-points."spherefunc.backends"]\n{points}', "half", code)
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-m", "spherefunc_bullet"]
+    done = subprocess.run([*command, "backends"], env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "fast" in done.stdout, done.stderr
+    for words in ("no attribute 'Absent'", "'unlicensed': no licence", "'unversioned': expected name, version"):
+        assert words in done.stderr
+    carry = [*command, "carry", "x.ply", "--backend", "fast"]
+    done = subprocess.run(carry, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1, done.stderr
+
+
 @pytest.mark.slow
 def test_mujoco_keeps_the_contract(tmp_path):
     """The example of a backend elsewhere, on the shape that takes it seconds; docs/backends.md says how on all."""
