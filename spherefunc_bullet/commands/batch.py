@@ -32,6 +32,7 @@ Run = Annotated[Path, typer.Option("--run", metavar="DIR", help="Folder for the 
 
 @app.command("run", hidden=True)
 def run(
+    context: typer.Context,
     folder: Run,
     data: Annotated[
         str | None, typer.Argument(metavar="[DATA]", help="A folder with manifest.csv, or a catalogue's name.")
@@ -68,6 +69,10 @@ def run(
     DIR.
     """
     if status:
+        given = {name for name in context.params if context.get_parameter_source(name).name == "COMMANDLINE"}
+        unused = sorted(given - {"folder", "status", "json"})
+        others = {"DATA" if name == "data" else f"--{name.replace('_', '-')}": name for name in unused}
+        options.require_beside("--status", True, others, {})
         show_status(folder, json)
         return
     if data is None:
