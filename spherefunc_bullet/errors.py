@@ -146,8 +146,19 @@ def require_amount(
 
 
 def one_line(value: object) -> str:
-    """Return a value as text without line breaks, which the name of a file may contain."""
-    return " ".join(str(value).split())
+    """Return a value as text without what the name of a file may contain: line breaks, bytes that are not UTF-8."""
+    return escaped(" ".join(str(value).split()))
+
+
+def escaped(name: str) -> str:
+    r"""Return a name in which bytes that are not UTF-8 are written out, so that files and SQLite can keep it.
+
+    Examples
+    --------
+    >>> escaped("caf\udce9")
+    'caf\\udce9'
+    """
+    return name.encode(errors="backslashreplace").decode()
 
 
 def warn_renamed(old: str, new: str):

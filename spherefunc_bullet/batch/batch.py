@@ -16,7 +16,7 @@ from dataclasses import InitVar, dataclass
 from pathlib import Path
 
 from ..datasets.dataset import Dataset
-from ..errors import InputError, warn_renamed
+from ..errors import InputError, one_line, warn_renamed
 from ..processes.tasks import run_tasks
 from ..settling.cached_runs import DropConfig
 from .folder import RunFolder
@@ -110,7 +110,7 @@ def run_batch(
     batch.folder.make()
     with batch.folder.ledger(make=True) as ledger:
         ledger.check()
-        about = {"host": socket.gethostname(), "process": os.getpid(), "data": batch.dataset.name}
+        about = {"host": socket.gethostname(), "process": os.getpid(), "data": one_line(batch.dataset.name)}
         ledger.begin_call({"jobs": jobs} | about)
         tasks, finished = left_to_do(batch, ledger, retry_failed)
         yield from finished

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from ..errors import InputError, explaining, one_line
+from ..errors import InputError, escaped, explaining, one_line
 from .catalogue import built_catalogue, catalogue_entry_points
 
 NONE = "none"
@@ -54,7 +54,7 @@ class Dataset:
 
     def name_of(self, path: Path) -> str:
         """Return the name of an object, which does not depend on the place of the data set: its path in the folder."""
-        return str(path) if self.folder is None else Path(os.path.relpath(path, self.folder)).as_posix()
+        return escaped(str(path) if self.folder is None else Path(os.path.relpath(path, self.folder)).as_posix())
 
 
 def open_dataset(data: str | Path) -> Dataset:
