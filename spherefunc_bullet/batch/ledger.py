@@ -127,7 +127,8 @@ class Ledger:
         try:
             yield
         except (sqlite3.Error, OSError) as error:
-            raise InputError(f"{self.path}: {DAMAGED.format(error)}") from error
+            place = isinstance(error, sqlite3.OperationalError | OSError)  # a full disk, a folder of somebody else
+            raise InputError(f"{self.path}: {(WANTED if place else DAMAGED).format(error)}") from error
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:
@@ -203,6 +204,5 @@ class Ledger:
         self.connection.close()
 
 
-DAMAGED = (
-    "expected a ledger that can be read and written, {}; if it is damaged, move it away: what is settled is found again"
-)
+WANTED = "expected a ledger that can be read and written, {}"
+DAMAGED = WANTED + "; if it is damaged, move it away: what is settled is found again"

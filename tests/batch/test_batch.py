@@ -243,6 +243,27 @@ def test_crash_hang_hunger_and_bugs_cost_one_object_each(mishaps):
     assert outcomes["one"] == outcomes["two"] == ("done", None)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names of files")
+def test_a_name_that_is_not_utf8_is_written_out(tmp_path):
+    names = [os.fsdecode(name) for name in (b"caf\xe9.npy", b"broken\xe9.ply")]
+    (tmp_path / "data" / "none").mkdir(parents=True)
+    np.save(tmp_path / "data" / "none" / names[0], clouds.plate().points)
+    (tmp_path / "data" / "none" / names[1]).write_text("x")
+    batch = Batch(
+        dataset=open_dataset(tmp_path / "data"),
+        drop_config=DropConfig(simulator="fast", radii=(0.02,)),
+        folder=RunFolder(tmp_path / "run"),
+    )
+    assert counts(finished(batch)) == (1, 1, 0) and counts(finished(batch)) == (0, 1, 1)
+    assert {row[0] for row in rows(tmp_path / "run")} == {r"none/caf\udce9.npy", r"none/broken\udce9.ply"}
+
+
+def test_a_ledger_that_cannot_be_opened_is_not_called_damaged(tmp_path):
+    (tmp_path / "ledger.sqlite").mkdir()
+    with pytest.raises(InputError, match="unable to open database file$"):
+        RunFolder(tmp_path).ledger(make=True)
+
+
 def test_failures_stay_until_they_are_to_be_tried_again(mishaps, tmp_path):
     batch = mishaps("one", "once", "left")
     cloud = tmp_path / "once.seen"
@@ -357,6 +378,7 @@ def test_command_prints_the_contract_and_its_status(data, tmp_path):
     ("arguments", "words"),
     [
         (["--run", "nowhere", "--status"], "expected a run directory"),
+        (["--run", "nowhere", "--status", "--radii", "3cm"], "--radii: expected without --status"),
         (["--run", "run"], "expected DATA"),
         (["nothing", "--run", "run"], "found nothing of that name"),
         (["DATA", "--run", "DATA/manifest.csv"], "expected a folder that can be written"),
