@@ -7,7 +7,6 @@ whole; only ``concave="yes"`` in the URDF keeps the mesh, for static objects. A 
 from __future__ import annotations
 
 import hashlib
-import io
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ from ..errors import InputError, explaining, one_line
 from ..formats.files import refusing
 from ..formats.obj import read_groups
 from ..formats.scenes.parts import plain_xml, primitive
-from ..formats.scenes.urdf import find_mesh, geometry_part
+from ..formats.scenes.urdf import find_mesh, geometry_part, robot_of
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .solid import Solid, of_pieces, surface
 
@@ -104,20 +103,18 @@ def collision_digest(path: Path) -> bytes:
 
 def urdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of a URDF that has any, with every joint at zero."""
-    import yourdfpy
     from trimesh.transformations import transform_points
 
     source = as_source(path)
     tree = plain_xml(source.data)
-    robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
-    concave = {link.get("name"): link.get("concave") == "yes" for link in tree.findall("link")}
+    robot = robot_of(source.data, tree)
+    nodes = {link.get("name"): link for link in tree.findall("link")}
     links = defaultdict(list)
     for link in robot.robot.links:
-        pose = robot.get_transform(link.name)
-        nodes = tree.findall(f"link[@name='{link.name}']/collision")
-        for node, collision in zip(nodes, link.collisions, strict=True):
+        pose, whole = robot.get_transform(link.name), nodes[link.name]
+        for node, collision in zip(whole.findall("collision"), link.collisions, strict=True):
             place = pose @ (np.eye(4) if collision.origin is None else collision.origin)
-            is_concave = concave[link.name] or node.get("concave") == "yes"
+            is_concave = "yes" in (whole.get("concave"), node.get("concave"))
             for vertices, faces in geometry_parts(collision.geometry, path.parent, whole=is_concave):
                 links[link.name].append((transform_points(vertices, place), faces, is_concave))
     return links
@@ -234,9 +231,9 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
         raise InputError(f"expected a box, cylinder, sphere or whole mesh to collide with, got {odd[0][:80]}")
     if (name := geometry.findtext("mesh/uri")) is None:
         return []
-    target = find_mesh(name.replace("model://", ""), folder)
+    target = find_mesh(name.strip(), folder)
     if target is None:
-        raise InputError(f"collision mesh {name[:80]!r}: expected beside the file")
+        raise InputError(f"collision mesh {name[:80]!r}: expected in the file's folder or its package")
     scale = np.array(sizes["scale"] or [1.0])
     return [(vertices * scale, faces) for vertices, faces in groups_of(target)]
 

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -25,12 +26,16 @@ if TYPE_CHECKING:
     import yourdfpy
 
 PACKAGE_PATH = "ROS_PACKAGE_PATH"  # environment variable: folders of packages, or packages
+SHAPES = ("mesh", "box", "cylinder", "sphere")
 _MARK = "package.xml"  # every ROS package has this file
 _LAYOUT = ("urdf", "robots", "xacro")  # subfolders of a package without that file that hold URDF files
 
 
 def find_mesh(name: str, folder: Path) -> Path | None:
-    """Return the path of the mesh that a URDF in ``folder`` names; None if it is in none of the allowed folders."""
+    """Return the path of the mesh that a URDF or SDF in ``folder`` names; None if it is in none of the allowed folders.
+
+    Gazebo's ``model://name/file`` is found as ``package://name/file`` is.
+    """
     folder = folder.resolve()
     given = [Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part.strip()]
     trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *given]
@@ -43,7 +48,7 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
     scheme, _, rest = name.rpartition("://")
     if scheme in ("", "file"):
         yield folder, rest
-    elif scheme == "package":
+    elif scheme in ("package", "model"):
         package, _, inner = rest.partition("/")
         if package.strip(".") and inner:
             roots = [folder, *_unmarked(folder), *trusted]
@@ -61,11 +66,9 @@ def _unmarked(folder: Path) -> list[Path]:
 
 def read_urdf(source: Source) -> Geometry:
     """Return the vertices (N, 3), in the frame of the base link, and triangles (M, 3) of all visible parts."""
-    import yourdfpy
     from trimesh.transformations import transform_points
 
-    plain_xml(source.data)  # yourdfpy repairs XML that is not well formed, and may read half a robot
-    robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
+    robot = robot_of(source.data, plain_xml(source.data))
     parts, read = [], cache(lambda name: _mesh(name, source.named))
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
@@ -76,6 +79,18 @@ def read_urdf(source: Source) -> Geometry:
             if len(parts) > MAX_INSTANCES:
                 raise FormatError(f"expected at most {MAX_INSTANCES:,} visible parts, got more; join them")
     return joined(parts)
+
+
+def robot_of(data: bytes, tree: ElementTree.Element) -> yourdfpy.URDF:
+    """Return the robot of a URDF, whose tree shows what yourdfpy cannot read.
+
+    It was parsed first since yourdfpy repairs XML that is not well formed, and may read half a robot.
+    """
+    import yourdfpy
+
+    if odd := next((shape.tag for shape in tree.iterfind("link/*/geometry/*") if shape.tag not in SHAPES), None):
+        raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
+    return yourdfpy.URDF.load(io.BytesIO(data), load_meshes=False, build_collision_scene_graph=False)
 
 
 def named_sources(source: Source) -> dict[str, Source]:
