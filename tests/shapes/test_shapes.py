@@ -360,6 +360,34 @@ def test_what_an_sdf_says_and_is_not_read_is_refused(tmp_path, text, other, word
         list(load_solids(tmp_path / "m.sdf", FileFrame(up="z", units="m", shift=np.zeros(3))))
 
 
+def urdf_of(geometry: str) -> str:
+    """A URDF of one link with a name that XPath has to quote."""
+    return f"<robot name='r'><link name=\"bob's\"><collision><geometry>{geometry}</geometry></collision></link></robot>"
+
+
+def test_a_link_of_a_urdf_may_have_an_apostrophe(tmp_path):
+    (tmp_path / "m.urdf").write_text(urdf_of("<box size='0.4 0.2 0.1'/>"))
+    (solid,) = load_solids(tmp_path / "m.urdf", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert solid.name == "bob's" and np.allclose(np.ptp(solid.vertices, axis=0), [0.4, 0.2, 0.1])
+
+
+def test_a_capsule_of_a_urdf_is_refused_by_its_name(tmp_path):
+    (tmp_path / "m.urdf").write_text(urdf_of("<capsule radius='0.1' length='0.4'/>"))
+    with pytest.raises(InputError, match="expected meshes, boxes, cylinders and spheres, got a capsule$"):
+        list(load_solids(tmp_path / "m.urdf", FileFrame(up="z", units="m", shift=np.zeros(3))))
+
+
+@pytest.mark.parametrize("folder", ["cup", "cup-1.2"])
+def test_meshes_of_a_gazebo_model_are_in_its_folder(tmp_path, folder):
+    (tmp_path / folder / "meshes").mkdir(parents=True)
+    trimesh.creation.box((0.4, 0.2, 0.1)).export(tmp_path / folder / "meshes" / "b.stl")
+    mesh = "<mesh><uri>\n  model://cup/meshes/b.stl\n</uri></mesh>"
+    text = SDF.replace("<box><size>0.4 0.2 0.1</size></box>", mesh)
+    (tmp_path / folder / "model.sdf").write_text(text)
+    first, _ = load_solids(tmp_path / folder / "model.sdf", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert sorted(np.ptp(first.vertices, axis=0).round(6)) == [0.1, 0.2, 0.4]
+
+
 def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "m.xml").write_text(MJCF.replace(' name="a"', "").replace(' name="b"', ""))
