@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +36,9 @@ def as_cloud(
     ----------
     anything : path, array_like, tuple, open3d PointCloud or TriangleMesh, trimesh Trimesh, Scene or PointCloud, Cloud
         Points (N, 3), or (H, W, 3) as a depth camera orders them; further columns with intensity, normals or colours
-        are ignored; a structured array with fields x, y and z, as in ROS; a masked array; or a tuple of vertices (N, 3)
-        and faces (M, 3). Meshes are sampled. Points that are masked or not finite, since the sensor measured nothing,
-        are dropped and reported.
+        are ignored; a structured array, as in ROS, or a DataFrame with x, y and z; a masked array; or a tuple of
+        vertices (N, 3) and faces (M, 3). Meshes are sampled. Points that are masked or not finite, since the sensor
+        measured nothing, are dropped and reported.
     units, up
         See `load_cloud`.
     name : str, optional
@@ -62,6 +63,10 @@ def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
     """Return the clouds of several objects in metres with z up, see `as_cloud`; errors name them by number."""
     if isinstance(objects, str | Path | Cloud | Mapping) or not isinstance(objects, Iterable):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got {type(objects).__name__}")
+    if (shape := np.shape(objects) if hasattr(objects, "shape") else ())[1:] == (1,):
+        objects = np.asarray(objects).ravel()  # a column of paths, as of a DataFrame
+    elif len(shape) == 2:
+        raise InputError(f"expected several objects in a list, each {EXPECTED}; got a table of {shape[1]} columns")
     return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
 
 
@@ -87,6 +92,8 @@ def geometry_of(anything: Anything, name: str) -> Geometry:
 
 def as_numbers(points: Anything, name: str) -> np.ndarray:
     """Return points (N, 3) float64, with NaN for masked ones, or raise InputError."""
+    if {"x", "y", "z"} <= set(getattr(points, "columns", ())):  # of a DataFrame
+        points = points[["x", "y", "z"]]
     fields = getattr(getattr(points, "dtype", None), "names", None)
     if fields is not None:
         if not {"x", "y", "z"} <= set(fields):
@@ -101,8 +108,18 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
 
 
 def is_mesh_pair(anything: Anything) -> bool:
-    """Return whether something is a tuple of vertices (N, 3) and faces (M, 3) of integers."""
+    """Return whether something is a tuple of vertices (N, 3) and faces (M, 3) of integers, as arrays or lists.
+
+    In lists, coordinates must be floats and faces name vertices: two lists of integers are the points of two objects.
+    """
     if not isinstance(anything, tuple) or len(anything) != 2:
+        return False
+    if any(isinstance(part, list | tuple) for part in anything):
+        with suppress(ValueError):  # rows of different lengths, no rows
+            vertices, faces = map(np.asarray, anything)
+            rows_of_three = vertices.shape[1:] == faces.shape[1:] == (3,)
+            kinds = vertices.dtype.kind + faces.dtype.kind
+            return rows_of_three and kinds == "fi" and 0 <= faces.min() <= faces.max() < len(vertices)
         return False
     vertices, faces = (getattr(part, "dtype", None) for part in anything)
     whole = faces is not None and np.issubdtype(faces, np.integer) and anything[1].shape[1:] == (3,)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from clouds import mug
 
-from spherefunc_bullet.clouds.conversion import as_cloud, holds_several
+from spherefunc_bullet.clouds.conversion import as_cloud, as_clouds, holds_several
 from spherefunc_bullet.errors import InputError
 
 
@@ -61,6 +62,37 @@ def test_vertices_and_faces_are_one_mesh():
     cloud = as_cloud((vertices, faces))
     assert cloud.mesh is not None and len(cloud.mesh.faces) == 4
     assert cloud.size == pytest.approx([0.3, 0.3, 0.3], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "form", [list, lambda rows: [tuple(row) for row in rows], lambda rows: tuple(map(tuple, rows))]
+)
+def test_vertices_and_faces_as_lists_are_one_mesh(form):
+    box = trimesh.creation.box((0.4, 0.4, 0.7))
+    vertices, faces = box.vertices.tolist(), box.faces.tolist()
+    assert not holds_several((form(vertices), form(faces))) and not holds_several((box.vertices, form(faces)))
+    mesh = as_cloud((form(vertices), form(faces))).mesh
+    assert mesh is not None and len(mesh.faces) == len(faces)
+
+
+def test_two_lists_of_points_are_two_objects():
+    metres, millimetres = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.3]], [[100, 0, 0], [0, 100, 300]]
+    for pair in ((metres, metres), (millimetres, millimetres), (metres, millimetres), (metres, metres[:1] + [[0.0]])):
+        assert holds_several(pair)
+
+
+def test_a_column_of_objects_is_taken_as_a_list_and_a_table_is_refused(tmp_path, points):
+    np.save(tmp_path / "a.npy", points)
+    (cloud,) = as_clouds(np.array([[str(tmp_path / "a.npy")]]))
+    assert cloud.name == "a.npy"
+    with pytest.raises(InputError, match="several objects in a list.*a table of 3 columns"):
+        as_clouds(points)
+
+
+def test_a_data_frame_is_read_by_the_names_of_its_columns(points):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"intensity": 9.0, "z": points[:, 2], "x": points[:, 0], "y": points[:, 1]})
+    assert np.array_equal(as_cloud(frame).points, as_cloud(points).points)
 
 
 def test_a_home_folder_is_expanded(points, tmp_path, monkeypatch):
