@@ -223,6 +223,21 @@ def test_contents_that_do_not_fit_together_are_refused(saved, about):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["lines", "early_lines", "familiar", "radius", "unsure"])
+def test_numbers_that_are_nan_are_refused(tmp_path, name):
+    """Every score would be NaN, or no answer unsure."""
+    with np.load(shipped_model()) as file:
+        arrays = dict(file)
+    if name in arrays:
+        arrays[name] = np.full_like(arrays[name], np.nan)
+    about = json.loads(str(arrays["about"]))
+    nan = {"familiar": np.nan, "radius": [np.nan] * 3, "unsure": [[0.2, np.nan]] * 3}
+    arrays["about"] = np.array(json.dumps(about | {key: nan[key] for key in {name} & set(nan)}))
+    np.savez(tmp_path / "nan.npz", **arrays)
+    with pytest.raises(InputError, match="nan.npz: expected a model.*damaged"):
+        inference_model(tmp_path / "nan.npz", None)
+
+
 def test_about_without_a_field_is_refused(saved):
     with np.load(saved) as file:
         arrays = dict(file)

@@ -13,7 +13,7 @@ from ...errors import InputError
 from ...formats import FormatError
 from ...formats.npz import DAMAGE
 from .calibration import DEFAULT_UNSURE_RANGE, CopyGroups
-from .forest import Forest, forest_arrays, rebuilt_forests, rebuilt_scene_forests, scene_forest_parts
+from .forest import Forest, calibrations_in, forest_arrays, rebuilt_forests, rebuilt_scene_forests, scene_forest_parts
 from .profile_model import PROFILE, ProfileModel
 from .quantities import NAMES
 
@@ -132,10 +132,13 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: Mapping[st
     if not set(model.quantities) <= set(NAMES):
         raise ValueError("other quantities than this version reads")
     model.familiar_distance_ = float(about["familiar"])
-    model.calibrations_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
+    model.calibrations_ = calibrations_in(arrays["lines"], len(names))
     model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
     ranges = about.get("unsure") or [DEFAULT_UNSURE_RANGE] * len(names)
     model.unsure_ranges_ = {name: (float(low), float(high)) for name, (low, high) in zip(names, ranges, strict=True)}
+    fitted = [model.familiar_distance_, *model.radius_.values(), *np.ravel(list(model.unsure_ranges_.values()))]
+    if np.isnan(fitted).any():
+        raise ValueError("limits that are no numbers")
     if about.get("surroundings"):
         model.scene_forests_ = rebuilt_scene_forests(about, arrays, len(model.radii) * len(model.quantities))
     if not isinstance(model, FileModel):

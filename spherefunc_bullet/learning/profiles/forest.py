@@ -223,6 +223,13 @@ def scene_forest_parts(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, 
     return about, arrays
 
 
+def calibrations_in(lines: np.ndarray, count: int) -> list[tuple[float, float]]:
+    """Return the slope and the offset of each of ``count`` forests from an array of a model file."""
+    if not np.isfinite(lines).all():
+        raise ValueError("calibrations that are not finite")
+    return [(float(slope), float(offset)) for slope, offset in lines.reshape(count, 2)]
+
+
 def rebuilt_scene_forests(
     about: dict[str, Any], arrays: Mapping[str, np.ndarray], quantities: int
 ) -> SceneForests | None:
@@ -236,7 +243,7 @@ def rebuilt_scene_forests(
         if forest is None:
             raise ValueError("forests and functions differ in number")
         forest.require_whole(quantities + len(names))
-    calibrations = [(float(slope), float(offset)) for slope, offset in scene_arrays["lines"].reshape(len(forests), 2)]
+    calibrations = calibrations_in(scene_arrays["lines"], len(forests))
     scenes = SceneForests(names=names, forests=forests, calibrations=calibrations)
     if "screening" not in about:
         return scenes
