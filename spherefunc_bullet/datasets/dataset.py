@@ -44,6 +44,12 @@ class Dataset:
     objects: tuple[DatasetObject, ...]
     folder: Path | None = None  # that contains the files of the objects
 
+    def __post_init__(self):
+        spellings: dict[str, str] = {}
+        for name in self.functions:
+            if (other := spellings.setdefault(name.casefold(), name)) != name:
+                raise InputError(f"{self.name}: expected one spelling of a label, got {other!r} and {name!r}")
+
     @cached_property
     def functions(self) -> tuple[str, ...]:
         """The names of all functions that some object has, sorted."""
@@ -133,10 +139,10 @@ def csv_table(path: Path, *columns: str) -> csv.DictReader[str]:
     with explaining(f"{path}: expected a CSV file in UTF-8", OSError, UnicodeDecodeError, why="; "):
         text = path.read_text(encoding="utf-8-sig")
     rows = csv.DictReader(text.splitlines())
-    got = rows.fieldnames or ["no columns"]
+    rows.fieldnames = got = [name.strip() for name in rows.fieldnames or ["no columns"]]
     if not set(columns) <= set(got):
         expected = " and ".join(filter(None, [", ".join(columns[:-1]), columns[-1]]))
-        raise InputError(f"{path}: expected the columns {expected}, got {', '.join(got)}")
+        raise InputError(f"{path}: expected the columns {expected}, separated by commas, got {', '.join(got)}")
     return rows
 
 
@@ -173,6 +179,8 @@ def parse_functions(text: str) -> frozenset[str]:
     --------
     >>> sorted(parse_functions("table; sittable")), parse_functions("none")
     (['sittable', 'table'], frozenset())
+    >>> parse_functions("None")
+    frozenset()
 
     Raises
     ------
@@ -181,7 +189,8 @@ def parse_functions(text: str) -> frozenset[str]:
     """
     if "," in text:
         raise InputError(f"label {text!r}: expected functions separated by ; instead of a comma")
-    return frozenset(name.strip() for name in text.split(";") if name.strip()) - {NONE}
+    names = (name.strip() for name in text.split(";"))
+    return frozenset(name for name in names if name.lower() not in ("", NONE))
 
 
 def label_text(functions: Iterable[str], separator: str = ";") -> str:

@@ -47,7 +47,13 @@ def test_manifest_keeps_its_order_and_meaning(write):
 
 def test_labels():
     assert parse_functions("table;sittable;none") == {"table", "sittable"}
-    assert parse_functions(" none ") == parse_functions("") == parse_functions(";") == frozenset()
+    assert (
+        parse_functions(" none ")
+        == parse_functions("None")
+        == parse_functions("")
+        == parse_functions(";")
+        == frozenset()
+    )
 
 
 def test_other_columns_in_another_order_are_fine(write):
@@ -55,7 +61,9 @@ def test_other_columns_in_another_order_are_fine(write):
     assert dataset.objects[0].path.name == "a.ply" and dataset.objects[0].functions == {"cup"}
 
 
-@pytest.mark.parametrize("text", [b"\xef\xbb\xbffile,label\na.ply,cup\n", b"file,label\r\na.ply,cup\r\n"])
+@pytest.mark.parametrize(
+    "text", [b"\xef\xbb\xbffile,label\na.ply,cup\n", b"file,label\r\na.ply,cup\r\n", b"file, label\na.ply, cup\n"]
+)
 def test_marks_of_other_systems_are_fine(write, text):
     assert open_dataset(write(text)).objects[0].functions == {"cup"}
 
@@ -68,9 +76,11 @@ def test_manifest_by_its_own_path(write):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("file,kind\na.ply,cup\n", "columns file and label, got file, kind"),
-        ("name,label\na.ply,cup\n", "columns file and label, got name, label"),
-        ("", "columns file and label, got no columns"),
+        ("file,kind\na.ply,cup\n", "columns file and label, separated by commas, got file, kind"),
+        ("name,label\na.ply,cup\n", "columns file and label, separated by commas, got name, label"),
+        ("file;label\na.ply;cup\n", "separated by commas, got file;label"),
+        ("file,label\na.ply,cup\nb.ply,Cup\n", "one spelling of a label, got 'Cup' and 'cup'"),
+        ("", "columns file and label, separated by commas, got no columns"),
         ("file,label\n", "at least one row"),
         (b"file,label\n\xff\xfe.ply,cup\n", "UTF-8"),
         (b"\x00\x01\x02", "columns file and label"),
