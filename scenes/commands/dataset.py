@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Json
-from spherefunc_bullet.console import Failures, print_json, progress, say
+from spherefunc_bullet.console import Failures, passed, print_json, progress, say
 
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
@@ -123,16 +123,17 @@ def describe(data: Data, as_json: Json = False) -> None:
     """Count the objects of a data set by label, category and source, and print their sizes."""
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
 
-    objects = open_dataset(data).objects
+    objects, failures = open_dataset(data).objects, Failures()
     about = {
         "objects": len(objects),
         "labels": _count(label_text(item.functions) for item in objects),
         "also": _count(name for item in objects for name in item.also),
         "categories": _count(item.category for item in objects),
         "groups": _count(item.group for item in objects),
-        "height": _heights(progress(objects, len(objects), "measuring")),
+        "height": _heights(_measured(objects, failures)),
     }
     _say(about, as_json)
+    failures.exit()
 
 
 @app.command()
@@ -159,11 +160,10 @@ def select(
     from spherefunc_bullet.formats.units import parse_length
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
-    dataset = open_dataset(data)
+    dataset, failures = open_dataset(data), Failures()
     _require_other_folder(dataset, directory)
     objects = [item for item in dataset.objects if not permissive or is_permissive(item.license)]
-    measured = progress(objects, len(objects), "measuring")
-    chosen = [item for item in measured if lower <= max(_extents(item.path)) <= upper]
+    chosen = [item for item, size in _measured(objects, failures) if lower <= max(size) <= upper]
     if not chosen:
         limits = (("from", least), ("up to", up_to))
         wanted = " ".join(f"{word} {length}" for word, length in limits if length)
@@ -178,6 +178,7 @@ def select(
         rows.append((name, label_text(item.functions), also, item.category, item.group, item.source, item.license))
     manifest = write_manifest(directory, (*COLUMNS, "source", "license"), rows)
     _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
+    failures.exit()
 
 
 @app.command()
@@ -222,15 +223,24 @@ def _count(names: Iterable[str]) -> dict[str, int]:
     return dict(sorted(Counter(names).items()))
 
 
-def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
+def _measured(objects: Sequence[DatasetObject], failures: Failures) -> Iterable[tuple[DatasetObject, list[float]]]:
+    """Yield each object with its width, depth and height; files that cannot be used are reported and left out."""
+    from spherefunc_bullet.errors import attempt
+
+    outcomes = ((number, attempt(_extents, (item.path,))) for number, item in enumerate(objects))
+    for number, size in passed(outcomes, len(objects), "measuring", failures.add):
+        yield objects[number], size
+
+
+def _heights(objects: Iterable[tuple[DatasetObject, list[float]]]) -> dict[str, dict[str, float]]:
     """Return the least, median and greatest height of each label's objects, metres."""
     from statistics import median
 
     from spherefunc_bullet.datasets.dataset import label_text
 
     heights: dict[str, list[float]] = {}
-    for item in objects:
-        heights.setdefault(label_text(item.functions), []).append(_extents(item.path)[2])
+    for item, (*_, height) in objects:
+        heights.setdefault(label_text(item.functions), []).append(height)
     kinds = {"min": min, "median": median, "max": max}
     return {
         label: {kind: round(summary(heights[label]), 3) for kind, summary in kinds.items()} for label in sorted(heights)
@@ -238,17 +248,16 @@ def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
 
 
 def _extents(path: Path) -> list[float]:
-    """Return width, depth and height of an object, in the units of its file."""
-    import trimesh
+    """Return width, depth and height of an object, in the units of its file; glTF files are y up."""
+    import numpy as np
 
-    from spherefunc_bullet.errors import explaining
-    from spherefunc_bullet.formats.files import require_file
+    from spherefunc_bullet.clouds.orientation import promised_up
+    from spherefunc_bullet.formats.sources import read_geometry
 
-    require_file(path)
-    # Damaged files make the readers raise exceptions of any kind.
-    with explaining(f"{path}: expected a mesh or a cloud", Exception, why="; "):
-        low, high = trimesh.load(path, process=False).bounds
-    return (high - low).tolist()
+    geometry = read_geometry(path)
+    points = geometry.vertices[np.unique(geometry.faces)] if len(geometry.faces) else geometry.vertices
+    x, y, z = np.ptp(points, axis=0).tolist()
+    return [x, z, y] if promised_up(path) == "y" else [x, y, z]
 
 
 def _say(about: dict[str, object], as_json: bool) -> None:

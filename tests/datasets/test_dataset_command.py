@@ -7,7 +7,9 @@ import subprocess
 import sys
 import zipfile
 
+import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 import spherefunc_bullet.datasets.catalogue as catalogue
@@ -148,7 +150,18 @@ def test_select_of_nothing_is_said(run, tmp_path):
     assert isinstance(done.exception, InputError) and "1cm" in str(done.exception)
 
 
-def test_a_missing_object_is_named(run, tmp_path):
-    (tmp_path / "manifest.csv").write_text("file,label\nnone.ply,cup\n")
-    result = run("describe", tmp_path)
-    assert isinstance(result.exception, InputError) and "none.ply: expected a file, found none" in str(result.exception)
+@pytest.mark.parametrize("command", [["describe"], ["select", "DIR/some", "--up-to", "5m"]])
+def test_a_file_that_cannot_be_used_costs_itself(run, tmp_path, command):
+    np.save(tmp_path / "a.npy", [[0, 0, 0], [0.1, 0.2, 0.3], [0, 0, 0.4]])
+    (tmp_path / "manifest.csv").write_text("file,label\nnone.ply,cup\na.npy,cup\n")
+    done = run(command[0], tmp_path, *[word.replace("DIR", str(tmp_path)) for word in command[1:]], "--json")
+    assert done.exit_code == 2 and done.stderr.count("\n") == 1
+    assert "none.ply: expected a file, found none" in done.stderr
+    about = json.loads(done.stdout)
+    assert about["height"]["cup"]["max"] == 0.4 if command == ["describe"] else about["objects"] == 1
+
+
+def test_objects_of_gltf_are_as_high_as_they_stand(run, tmp_path):
+    (tmp_path / "cup").mkdir()
+    trimesh.creation.box((0.1, 0.3, 0.2)).export(tmp_path / "cup" / "a.glb")  # y up
+    assert json.loads(run("describe", tmp_path, "--json").stdout)["height"]["cup"]["max"] == 0.3
