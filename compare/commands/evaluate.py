@@ -61,6 +61,7 @@ def evaluate(
 ):
     """Measure the accuracy of classification, and of baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
+    from spherefunc_bullet.datasets.agreement import require_agreement
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
@@ -80,6 +81,7 @@ def evaluate(
     options.require_beside("--test", test is not None, splits, {})
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     other = None if test is None else open_dataset(test)
+    require_agreement(dataset)
     task_names, chosen = parse_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii

@@ -97,6 +97,13 @@ def test_a_manifest_may_name_what_it_likes(folder):
     assert "manifest.csv" in line
 
 
+@pytest.mark.parametrize("command", [["train", "data", "--out", "model.npz"], ["evaluate", "data"]], ids=" ".join)
+def test_an_object_with_two_labels_is_named_before_spheres_fall(folder, command):
+    (folder / "data").mkdir()
+    (folder / "data" / "manifest.csv").write_text("file,label\na.ply,cup\nb.ply,none\na.ply,table\n")
+    assert "a.ply: expected one label for one object, got cup and table" in refused(*command)
+
+
 def test_what_is_written_is_whole_or_as_before(tmp_path, monkeypatch):
     path = write_text(tmp_path / "table.csv", "before")
 
