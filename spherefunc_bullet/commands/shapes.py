@@ -11,7 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, progress, show
 from ..errors import InputError
 from ..formats.units import parse_numbers
-from .options import BY_FILE, Jobs, Json, PackagePath, Units, Up
+from .options import BY_FILE, Jobs, Json, PackagePath, Units, Up, require_beside
 
 COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
 COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_closed", "keeps", "verdict"]
@@ -31,8 +31,12 @@ def shapes(
     still: Annotated[
         bool, typer.Option("--static", help="The object never moves, so --best may be the concave mesh.")
     ] = False,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files of --best.")] = Path("."),
-    form: Annotated[str, typer.Option("--format", help="Format of the files of --best: urdf, sdf or mjcf.")] = "urdf",
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the files of --best. Default: the current one.")
+    ] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", help="Format of the files of --best: urdf, sdf or mjcf. Default: urdf.")
+    ] = None,
     keep: Annotated[
         float | None,
         typer.Option(help="Share of capacity, level and places to keep. Default: 0.9; for --best see docs."),
@@ -58,6 +62,8 @@ def shapes(
     from ..formats.files import prepare_folder, require_place, write_bytes
     from ..shapes.library import SUFFIX, LibraryOptions, library_results, page
 
+    require_beside("--best", best, {}, {"--out": out, "--format": form, "--static": still or None})
+    out, form = out or Path(), form or "urdf"
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
     if still and form == "mjcf":

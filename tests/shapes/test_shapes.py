@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 import trimesh
 from objects_to_scan import slab_on_posts
+from typer.testing import CliRunner
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes import library, spheres
 from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
@@ -123,6 +125,12 @@ def test_the_best_is_never_written_among_the_files_that_are_asked_about(tmp_path
             require_other_folder(files, out)
     with pytest.raises(InputError, match="files of different names"):
         require_other_folder([*files, tmp_path / "mug.stl"], tmp_path / "out")
+
+
+@pytest.mark.parametrize("option", [["--out", "x"], ["--format", "sdf"], ["--static"]])
+def test_what_is_said_of_the_best_is_refused_without_it(option):
+    done = CliRunner().invoke(application("shapes"), ["shapes", "mug.obj", *option])
+    assert str(done.exception) == f"{option[0]}: expected with --best"
 
 
 def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatch):
@@ -270,9 +278,6 @@ def test_what_stands_still_may_be_written_concave(subject, tmp_path):
 
 @pytest.mark.slow
 def test_the_command_prints_its_contract(tmp_path):
-    from typer.testing import CliRunner
-
-    from spherefunc_bullet.commands.command_line import application
 
     file = str(tmp_path / "cup.obj")
     cup().export(file)
@@ -397,9 +402,6 @@ def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
 
 @pytest.mark.slow
 def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
-    from typer.testing import CliRunner
-
-    from spherefunc_bullet.commands.command_line import application
 
     (tmp_path / "in" / "deeper").mkdir(parents=True)
     cup().export(tmp_path / "in" / "deeper" / "cup.obj")
