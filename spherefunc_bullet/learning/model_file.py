@@ -274,6 +274,8 @@ def fill_examples(model: FunctionModel, about: About, arrays: Arrays):
     model.names_ = np.asarray(arrays["names"], str).tolist()
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
+    if len({*model.functions_} & {*map(str, model.functions_)}) < len(model.functions_):
+        raise ValueError("functions that are no distinct names")
 
 
 def new_classifier(how: DropConfig, method: str | AnyMethod) -> CloudClassifier:

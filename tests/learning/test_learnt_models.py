@@ -16,6 +16,7 @@ from test_doubts import dropped as shelves
 from test_resting_profile import RADIUS, layer
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.learning import function_classifier, validation
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier, rebuilt_method
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -183,7 +184,7 @@ def test_trees_that_lead_nowhere_are_refused():
     odd = {"roots": ([], [3], [-1]), "feature": ([1, LEAF, LEAF], [-2, LEAF, LEAF]), "below": ([0, 0, 0], [2, 0, 0])}
     odd |= {"threshold": ([np.nan, 0.0, 0.0], [0.5]), "vote": ([0.0, 0.0, 1.1], [0.0, -0.1, 1.0])}
     for name, values in ((name, value) for name, several in odd.items() for value in several):
-        with pytest.raises(InputError, match="trees over 1"):
+        with pytest.raises(FormatError, match="trees over 1"):
             replace(whole, **{name: np.array(values, getattr(whole, name).dtype)}).require_whole(1)
 
 

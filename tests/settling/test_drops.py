@@ -12,7 +12,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.clouds.preparation import headed, turned_cloud
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
 from spherefunc_bullet.learning.profiles.forest import forest_from_sklearn
@@ -147,7 +147,7 @@ def test_a_forest_that_was_tampered_with_is_refused(grown, name):
     forest = forest_from_sklearn(grown[1])
     broken = getattr(forest, name).copy()
     broken[0] = {"feature": 7, "below": 0, "vote": 2, "threshold": np.nan, "roots": -1}[name]
-    with pytest.raises(InputError, match="expected trees"):
+    with pytest.raises(FormatError, match="expected trees"):
         type(forest)(**forest.arrays() | {name: broken}).require_whole(7)
 
 
@@ -155,7 +155,7 @@ def test_trees_that_begin_after_the_last_node_and_no_trees_at_all_are_refused(gr
     forest = forest_from_sklearn(grown[1])
     beyond = np.append(forest.roots[:-1], len(forest.feature)).astype(forest.roots.dtype)
     for roots in (beyond, forest.roots[:0]):
-        with pytest.raises(InputError, match="expected trees"):
+        with pytest.raises(FormatError, match="expected trees"):
             type(forest)(**forest.arrays() | {"roots": roots}).require_whole(7)
 
 

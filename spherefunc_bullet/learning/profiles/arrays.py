@@ -89,7 +89,7 @@ def refusing_damage(path: str | Path) -> Iterator[None]:
         yield
     except InputError:
         raise
-    except FormatError as error:  # larger than a model may be
+    except FormatError as error:  # larger than a model may be, or trees that are none
         raise InputError(f"{path}: {error}") from error
     except (*DAMAGE, AttributeError, IndexError) as error:
         expected = "expected a model as `spherefunc train` writes it"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...formats import FormatError
 from .calibration import Calibration, calibrated
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Forest:
         return dict(vars(self))
 
     def require_whole(self, quantities: int):
-        """Raise InputError if the arrays are not trees over this number of quantities, as in a forged file."""
+        """Raise FormatError if the arrays are not trees over this number of quantities, as in a forged file."""
         count, inner = len(self.feature), np.flatnonzero(self.feature != LEAF)
         lengths = {len(values) for values in (self.feature, self.threshold, self.below, self.vote)}
         whole = (
@@ -64,7 +64,7 @@ class Forest:
             and ((self.vote >= 0) & (self.vote <= 1)).all()
         )
         if not whole:
-            raise InputError(f"expected trees over {quantities} quantities, got {count} nodes that form none")
+            raise FormatError(f"expected trees over {quantities} quantities, got {count} nodes that form none")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
