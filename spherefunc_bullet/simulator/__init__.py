@@ -96,11 +96,11 @@ class DropResult:
             raise ValueError(f"centers: expected an array of floats (S, 3), got {about}")
         if not np.isfinite(centers).all():
             raise ValueError("centers: expected finite numbers, got NaN or infinity")
-        told = np.count_nonzero(np.asarray(self.outcomes) == Outcome.SETTLED)
-        if len(self.columns) != len(self.outcomes) or len(self.outcomes) and told != len(centers):
+        settled = np.count_nonzero(np.asarray(self.outcomes) == Outcome.SETTLED)
+        if len(self.columns) != len(self.outcomes) or len(self.outcomes) and settled != len(centers):
             raise ValueError(
                 f"outcomes: expected a column for each, and {len(centers)} settled as in centers, got "
-                f"{len(self.columns)} columns, {len(self.outcomes)} outcomes, {told} of them settled"
+                f"{len(self.columns)} columns, {len(self.outcomes)} outcomes, {settled} of them settled"
             )
 
     @property
