@@ -92,7 +92,8 @@ def filled(count: int, stop: Stop, radius: float = 0.01):
     centers = np.column_stack([np.full(count, 5.0), np.full(count, 5.0), heights])
     centers = np.concatenate([centers, [[20, 0, 0.1], [0, -30, 0.1]]])[RANDOM(0).permutation(count + 2)]
     result = make_simulator("fast").drop(clouds.plate(), DropSettings(radius=0.02, max_drops=1, miss_limit=1))
-    return replace(result, centers=centers * radius, stop=stop)
+    unknown = {"columns": np.empty((0, 2)), "outcomes": np.empty(0, np.int8)}
+    return replace(result, centers=centers * radius, stop=stop, **unknown)
 
 
 def test_a_vessel_is_filled_from_below_with_what_is_in_it():
