@@ -81,7 +81,6 @@ def evaluate(
     options.require_beside("--test", test is not None, splits, {})
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     other = None if test is None else open_dataset(test)
-    require_agreement(dataset)
     task_names, chosen = parse_tasks(tasks), find_method(method)
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii
@@ -94,6 +93,7 @@ def evaluate(
     labels = labels_of(dataset)  # what cannot be evaluated is refused before spheres fall, which may take hours
     if other is None:
         replace(protocol, train_sizes=tuple(wanted_sizes(train_sizes, len(labels)))).splits(labels)
+    require_agreement(dataset)
     learnt = simulated(dataset)
     tested = None if other is None else simulated(other)
     if tested is not None:

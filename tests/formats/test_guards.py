@@ -100,7 +100,7 @@ def test_a_manifest_may_name_what_it_likes(folder):
 @pytest.mark.parametrize("command", [["train", "data", "--out", "model.npz"], ["evaluate", "data"]], ids=" ".join)
 def test_an_object_with_two_labels_is_named_before_spheres_fall(folder, command):
     (folder / "data").mkdir()
-    (folder / "data" / "manifest.csv").write_text("file,label\na.ply,cup\nb.ply,none\na.ply,table\n")
+    (folder / "data" / "manifest.csv").write_text("file,label\na.ply,cup\nb.ply,none\nc.ply,cup\na.ply,table\n")
     assert "a.ply: expected one label for one object, got cup and table" in refused(*command)
 
 
