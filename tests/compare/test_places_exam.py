@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import InputError
     ("text", "said"),
     [
         (None, "expected a CSV file in UTF-8"),
-        ("", "expected the columns file and heading_deg, got no columns"),
+        ("", "expected the columns file and heading_deg, separated by commas, got no columns"),
         ("file,heading\na.ply,1\n", "got file, heading"),
         ("file,heading_deg\na.ply,north\n", "expected degrees or nothing"),
     ],
