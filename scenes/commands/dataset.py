@@ -163,7 +163,8 @@ def select(
     dataset, failures = open_dataset(data), Failures()
     _require_other_folder(dataset, directory)
     objects = [item for item in dataset.objects if not permissive or is_permissive(item.license)]
-    chosen = [item for item, size in _measured(objects, failures) if lower <= max(size) <= upper]
+    sized = [item for item, size in _measured(objects, failures) if lower <= max(size) <= upper]
+    chosen = [item for item in sized if _is_one_file(item.path, failures)]
     if not chosen:
         limits = (("from", least), ("up to", up_to))
         wanted = " ".join(f"{word} {length}" for word, length in limits if length)
@@ -230,6 +231,17 @@ def _measured(objects: Sequence[DatasetObject], failures: Failures) -> Iterable[
     outcomes = ((number, attempt(_extents, (item.path,))) for number, item in enumerate(objects))
     for number, size in passed(outcomes, len(objects), "measuring", failures.add):
         yield objects[number], size
+
+
+def _is_one_file(path: Path, failures: Failures) -> bool:
+    """Return whether an object is one file, whose copy is whole; one that names others is reported."""
+    from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.formats.sources import as_source
+
+    _, *named = as_source(path).parts()
+    if named:
+        failures.add(InputError(f"{path}: expected one file to copy, it names {named[0].path.name}; save it as GLB"))
+    return not named
 
 
 def _heights(objects: Iterable[tuple[DatasetObject, list[float]]]) -> dict[str, dict[str, float]]:
