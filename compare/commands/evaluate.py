@@ -102,18 +102,14 @@ def evaluate(
         protocol = replace(protocol, train_sizes=tuple(wanted_sizes(train_sizes, len(learnt.objects))))
         results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
     about = dict(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
-    shares = None
+    shares, rates, how = None, None, {"copied": copied, "jobs": jobs, "failed": failures.add}
     if impaired:
-        how = {"copied": copied, "jobs": jobs, "failed": failures.add}
         [copies] = impaired_copies([learnt], dataset, [drop_config], **how)
         shares = impaired_shares(copies, drop_config, chosen, unseen_kinds=True)
-        if picture is not None:
-            draw_impaired(shares, picture)
-    rates = None
     if corruptions:
-        rates = corruption_rates(learnt, tested, drop_config, chosen, copied=copied, jobs=jobs, failed=failures.add)
-        if picture is not None:
-            draw_corruptions(rates, picture)
+        rates = corruption_rates(learnt, tested, drop_config, chosen, **how)
+    if picture is not None:
+        draw_impaired(shares, picture) if impaired else draw_corruptions(rates, picture)
     mechanics, others = None, [name for name in task_names if name != LABELS]
     if others:
         simulators = {drop_config.simulator.name: drop_config.simulator}
