@@ -118,6 +118,8 @@ def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel
     model = read_model(path, backend, rebuilt_for_inference)
     if isinstance(model, FileModel):
         model.origin = (cached_model, (path, backend, changed))
+        if model.early_ is not None:
+            model.early_.origin = (getattr, (model, "early_"))
     return model
 
 

@@ -118,12 +118,14 @@ def test_a_model_of_a_file_goes_to_another_process_by_its_name():
     """13 MB would go with each object otherwise, and be unpacked for each."""
     model = inference_model(shipped_model("fast"), "fast")
     alone = model.only("table")
-    for own in (model, alone):
+    for own in (model, alone, model.early_, alone.early_):
         sent = pickle.dumps(own)
         again = pickle.loads(sent)
         assert len(sent) < 1000 and again.functions_ == own.functions_
         assert (again.score_profiles(own.profiles_[:9]) == own.score_profiles(own.profiles_[:9])).all()
-    assert pickle.loads(pickle.dumps(model)) is model and len(model.functions_) == 3 and alone is not model
+    for own in (model, model.early_):
+        assert pickle.loads(pickle.dumps(own)) is own and len(own.functions_) == 3
+    assert alone is not model
 
 
 def test_a_model_written_while_others_ask_it_is_not_mixed_up(tmp_path):
