@@ -30,14 +30,20 @@ class FrameTree:
     edges: dict[str, list[Edge]] = field(default_factory=dict)  # by child
 
     def add(self, transforms: Iterable[Any], static: bool = False):
-        """Add the transforms of a ``tf2_msgs/TFMessage``, without those that are none, which tf2 ignores as well."""
+        """Add the transforms of a ``tf2_msgs/TFMessage``, without those that are none, which tf2 ignores as well.
+
+        A static transform takes the place of all earlier ones of its frame, as in tf2.
+        """
         for transform in filter(is_transform, transforms):
             edge = Edge(
                 parent=plain(transform.header.frame_id),
                 stamp=-np.inf if static else seconds(transform.header.stamp),
                 T_parent_child=matrix_of(transform.transform),
             )
-            self.edges.setdefault(plain(transform.child_frame_id), []).append(edge)
+            known = self.edges.setdefault(plain(transform.child_frame_id), [])
+            if static:
+                known.clear()
+            known.append(edge)
 
     def edge_at(self, child: str, stamp: float) -> Edge | None:
         """Return the transform of a frame nearest to a time, None if there is none."""

@@ -298,6 +298,14 @@ def test_frames_lead_to_the_first_level_one_at_the_time():
     assert tree.to_level("robot1/base_link", BEGIN)[0] == "robot1/base_link"
 
 
+def test_the_last_static_transform_counts():
+    """As in tf2: a calibration that was mended is published again."""
+    messages, tree = Messages(ros1=False), FrameTree()
+    for T in (np.eye(4), T_level_camera()):
+        tree.add(messages.transform("base_link", CAMERA, T).transforms, static=True)
+    assert np.allclose(tree.to_level(CAMERA, BEGIN)[1], T_level_camera())
+
+
 @pytest.mark.parametrize("damage", [0.0, np.nan, np.inf])
 def test_a_transform_that_is_none_is_ignored(damage):
     """As tf2 ignores it: some drivers send such ones until they know better."""
