@@ -94,7 +94,7 @@ def fused_json(fusion: SceneFusion, source: Frames, objects: list[FusedObject]) 
         moved = None if item.moved is None else item.moved.round(4).tolist()
         row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
     return whole | {
-        "frames": {"fused": len(fusion.views), "left_out": len(source.frames) - len(fusion.views)},
+        "frames": {"fused": fusion.count, "left_out": len(source.frames) - fusion.count},
         "poses": "given" if source.posed else "odometry",
         "gone": [
             {"id": one.id, "functions": sorted(one.functions), "center": one.center.round(4).tolist(), "seen": one.seen}
@@ -120,7 +120,7 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
         if item.functions
     ]
     columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
-    print_table(f"{len(fusion.views)} depth images: what objects are for, and the score of each", columns, rows)
+    print_table(f"{fusion.count} depth images: what objects are for, and the score of each", columns, rows)
     useful = f"{len(rows)} object{'s' * (len(rows) != 1)}"
     show(f"{useful} with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
 _FARTHEST = 10_000.0  # metres from the origin, where Open3D's single precision still resolves a millimetre
+_KEPT = 1000  # newest images of which a view is kept: 150 MB for 640 x 480 pixels
 _HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
 
@@ -46,12 +48,12 @@ class FusedObject:
     points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the world's frame
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences
-    seen: int  # images that show it
+    seen: int  # images that show it; of those before it was found, of the newest 1000
     moved: np.ndarray | None  # (3,) metres that its middle went when it last moved; None: it stayed
 
 
 class SceneFusion:
-    """Fused depth images over time, with the functions of their objects.
+    """Fused depth images over time, with the functions of their objects; for one thread at a time.
 
     Parameters
     ----------
@@ -86,8 +88,9 @@ class SceneFusion:
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}
         self.fusion = fusion or FusionSettings()
         self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()
-        self.views: list[View] = []
-        self.updated = 0  # number of views at the last update
+        self.views: deque[View] = deque(maxlen=_KEPT)  # of the newest images
+        self.count = 0  # number of images,
+        self.updated = 0  # and at the last update
         self.room: Room | None = None  # of the last update
         self.scan: Scan | None = None  # its points
         self._last: tuple[np.ndarray, np.ndarray] | None = None  # depth and pose, for odometry
@@ -126,6 +129,7 @@ class SceneFusion:
         with explaining(expected, RuntimeError):  # as Open3D says that no block of the map is touched
             self.grid.add(depth, view)
         self.views.append(view)
+        self.count += 1
         self._last = depth, T
         watch.lap("fusing")
         self.stages = watch.seconds
@@ -152,7 +156,7 @@ class SceneFusion:
         if not self.views:
             raise InputError("fusion: expected a depth image first, got none; call add")
         watch = Stopwatch()
-        new = self.views[self.updated :]
+        new = list(self.views)[max(len(self.views) + self.updated - self.count, 0) :]
         for gone in self.tracker.missing(new):
             self.grid.forget(gone.points, new)
         points = self.grid.points()
@@ -163,7 +167,7 @@ class SceneFusion:
         watch.lap("recognition")
         ids = self.tracker.update(room.objects, clouds, self.views, new)
         watch.lap("tracking")
-        self.room, self.scan, self.updated = room, scan, len(self.views)
+        self.room, self.scan, self.updated = room, scan, self.count
         self.stages |= watch.seconds
         return [self.fused_object(label, number) for label, number in enumerate(ids)]
 

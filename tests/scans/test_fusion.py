@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 
 import numpy as np
 import pytest
@@ -225,3 +226,16 @@ def test_a_log_of_more_poses_than_images_is_refused(images, tmp_path):
     (tmp_path / "trajectory.log").write_text(one * 2)
     with pytest.raises(InputError, match=r"trajectory.log: expected a pose for each of the 1 images, got 2"):
         open_frames(tmp_path, poses=tmp_path / "trajectory.log")
+
+
+def test_long_sequences_do_not_fill_the_memory():
+    camera, pose = sf.Intrinsics(width=32, height=24, fx=30, fy=30, cx=15.5, cy=11.5), np.diag([1.0, -1, -1, 1])
+    fusion = sf.SceneFusion()
+    assert fusion.views.maxlen == 1000
+    fusion.views = deque(maxlen=3)
+    for _ in range(5):
+        fusion.add(np.full((24, 32), 1.003), camera, pose)
+    item, *_ = fusion.objects()
+    assert (len(fusion.views), fusion.count, item.seen) == (3, 5, 3)
+    fusion.add(np.full((24, 32), 1.003), camera, pose)
+    assert [one.seen for one in fusion.objects() if one.id == item.id] == [4]
