@@ -154,7 +154,11 @@ def poses_of(paths: list[Path], timed: dict[float, Path], poses: Path | None) ->
             raise InputError(f"{poses.name}: expected images named by their time, as poses are; found {paths[0].name}")
         times, known = read_tum(poses)
         nearest = [(time, int(np.argmin(np.abs(times - time)))) for time in timed]
-        return [known[place] if abs(times[place] - time) <= NEAR_IN_TIME else None for time, place in nearest]
+        gaps = [abs(times[place] - time) for time, place in nearest]
+        if not min(gaps) <= NEAR_IN_TIME:
+            came = f"found the nearest {min(gaps):.6g} s away; is it another clock?"
+            raise InputError(f"{poses.name}: expected poses within {NEAR_IN_TIME:g} s of the images, {came}")
+        return [known[place] if gap <= NEAR_IN_TIME else None for (_, place), gap in zip(nearest, gaps, strict=True)]
     files = [path.with_name(path.name.removesuffix(_DEPTH_PNG) + _POSE_TXT) for path in paths]
     has_pose = [path.name.endswith(_DEPTH_PNG) and pose.is_file() for path, pose in zip(paths, files, strict=True)]
     return [pose if has else None for pose, has in zip(files, has_pose, strict=True)]

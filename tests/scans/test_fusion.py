@@ -239,3 +239,12 @@ def test_long_sequences_do_not_fill_the_memory():
     assert (len(fusion.views), fusion.count, item.seen) == (3, 5, 3)
     fusion.add(np.full((24, 32), 1.003), camera, pose)
     assert [one.seen for one in fusion.objects() if one.id == item.id] == [4]
+
+
+def test_poses_of_another_clock_are_refused(images, tmp_path):
+    depth, pose = images[0]
+    write_png(tmp_path / "1305031102.160000.png", depth, 5000)
+    row = [12.5, *pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()]
+    (tmp_path / "groundtruth.txt").write_text(" ".join(map(str, row)))
+    with pytest.raises(InputError, match=r"groundtruth.txt: expected poses within 0.02 s .* another clock"):
+        open_frames(tmp_path)
