@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,7 +80,8 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
         except InputError as error:
             failures.add(error)
         if every and count % every == 0 and count < len(source.frames) and fusion.views:
-            fusion.objects()
+            with suppress(InputError):  # too little is seen so far
+                fusion.objects()
     if not fusion.views:
         raise InputError(f"{len(source.frames)} images: expected at least one that can be used, found none")
     return fusion.objects()

@@ -248,3 +248,11 @@ def test_poses_of_another_clock_are_refused(images, tmp_path):
     (tmp_path / "groundtruth.txt").write_text(" ".join(map(str, row)))
     with pytest.raises(InputError, match=r"groundtruth.txt: expected poses within 0.02 s .* another clock"):
         open_frames(tmp_path)
+
+
+def test_an_update_that_sees_too_little_costs_no_later_image(folder):
+    speck = np.full((240, 320), np.nan)
+    speck[116:124, 156:164] = 1.0
+    write_png(folder / "frame-000000.depth.png", speck)
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json", "--every", "1"])
+    assert result.exit_code == 0 and json.loads(result.stdout)["frames"] == {"fused": 3, "left_out": 0}
