@@ -188,11 +188,12 @@ def read_depth(path: Path) -> np.ndarray:
 
 
 def require_depth(depth: ArrayLike, name: str) -> np.ndarray:
-    """Return a depth image (H, W) of numbers, or raise InputError."""
+    """Return a depth image (H, W) of numbers, 0 where it is masked, or raise InputError."""
     with explaining(f"{name}: expected a depth image (height, width)", ValueError, why="; "):  # rows differ in length
-        depth = np.asarray(depth)
+        depth = np.asarray(np.ma.filled(depth, 0))
     if depth.ndim != 2 or depth.dtype.kind not in "iuf":
-        raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
+        came = f"got an array of {depth.dtype} of shape {depth.shape}"
+        raise InputError(f"{name}: expected a depth image (height, width) of numbers, {came}")
     return depth
 
 

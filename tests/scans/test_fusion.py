@@ -256,3 +256,11 @@ def test_an_update_that_sees_too_little_costs_no_later_image(folder):
     write_png(folder / "frame-000000.depth.png", speck)
     result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json", "--every", "1"])
     assert result.exit_code == 0 and json.loads(result.stdout)["frames"] == {"fused": 3, "left_out": 0}
+
+
+def test_masked_depth_is_unseen(images):
+    depth, pose = images[0]
+    masked = np.ma.masked_array(np.nan_to_num(depth, nan=0.5), np.isnan(depth))
+    plain, other = sf.SceneFusion().add(depth, CAMERA, pose), sf.SceneFusion().add(masked, CAMERA, pose)
+    known, same = (np.unique(fusion.grid.points(), axis=0) for fusion in (plain, other))
+    assert np.array_equal(known, same)
