@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.ply import COARSE, step_of_float32
 from spherefunc_bullet.formats.sources import Geometry, read_geometry
 from spherefunc_bullet.formats.units import METRES
 
@@ -27,7 +28,7 @@ class Scan:
     name: str
     points: np.ndarray  # (N, 3) float64, metres, finite
     colors: np.ndarray | None = None  # (N, 3) uint8
-    dropped: int = 0  # points that were not finite, where the sensor measured nothing
+    dropped: int = 0  # points that were not finite, where the sensor measured nothing, or strays far away
     level_frame: str | None = None  # name of the points' frame, where that is known to have z up
 
     def __len__(self) -> int:
@@ -43,7 +44,7 @@ def scan_from_points(
     report: Report | None = None,
     level_frame: str | None = None,
 ) -> Scan:
-    """Return the scan of points, without those that are not finite.
+    """Return the scan of points, without those that are not finite, or more than 60 m from the middle.
 
     Parameters
     ----------
@@ -71,23 +72,27 @@ def scan_from_points(
         raise InputError(
             f"{name}: expected at least {SCAN.min_points} points, got {int(seen.sum())}; is it empty or cut off?"
         )
+    low, high = np.percentile(points[seen], [1, 99], axis=0)
+    metre = metres_of(float((high - low).max()), units, name, report := report or (lambda line: None))
+    seen &= (np.abs(points - (low + high) / 2) <= SCAN.largest / metre).all(axis=1)
     if not seen.all():
         points, colors = points[seen], None if colors is None else colors[seen]
+    step = metre * step_of_float32(points)
+    if step > COARSE and (points == points.astype(np.float32)).all():
+        report(f"{name}: 32-bit coordinates this far from the origin are {step:.2g} m apart; subtract an offset first")
     return Scan(
         name=name,
-        points=in_metres(points, units, name, report or (lambda line: None)),
+        points=points * metre,
         colors=colors,
         dropped=int(len(seen) - seen.sum()),
         level_frame=level_frame,
     )
 
 
-def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.ndarray:
-    """Return finite points (N, 3) in metres."""
+def metres_of(extent: float, units: str, name: str, report: Report) -> float:
+    """Return the metres of a scan's unit, from the unit and the scan's extent in it."""
     if units not in UNITS:
         raise InputError(f'units="{units}": expected one of {", ".join(UNITS)}')
-    low, high = np.percentile(points, [1, 99], axis=0)
-    extent = float((high - low).max())
     if units == "auto":
         units = "mm" if extent > SCAN.largest else "m"
         if units == "mm":
@@ -96,7 +101,7 @@ def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
         helps = any(0.05 <= extent * metres <= SCAN.largest for metres in METRES.values())
         came = f"got {extent * METRES[units]:.3g} m{'; set units=' if helps else ''}"
         raise InputError(f"{name}: expected a scan between 5 cm and {SCAN.largest:g} m large, {came}")
-    return points * METRES[units]
+    return METRES[units]
 
 
 def load_scan(path: str | Path, *, units: str = "auto", report: Report | None = None) -> Scan:

@@ -189,11 +189,17 @@ def read_ply(source: Source) -> Geometry:
     return geometry
 
 
-_WRITTEN = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
+COARSE = 0.001  # metres between neighbouring numbers of 32 bits, more than which loses shape
+_WRITTEN = {"<f4": "float", "<f8": "double", "|u1": "uchar", "<i4": "int"}
+
+
+def step_of_float32(points: np.ndarray) -> float:
+    """Return the distance between neighbouring numbers of 32 bits at the farthest coordinate of points (N, 3)."""
+    return float(np.spacing(np.abs(points).max(initial=0.0), dtype=np.float32))
 
 
 def ply_bytes(points: np.ndarray, comment: str, **attributes: np.ndarray) -> bytes:
-    """Return points (N, 3) as a binary PLY file with coordinates in float32.
+    """Return points (N, 3) as a binary PLY file, with coordinates in float64 if they are too far out for float32.
 
     Parameters
     ----------
@@ -203,7 +209,8 @@ def ply_bytes(points: np.ndarray, comment: str, **attributes: np.ndarray) -> byt
         Further properties of each point, by name.
     """
     columns = dict(zip("xyz", points.T, strict=True)) | attributes
-    kinds = {name: "<f4" for name in "xyz"} | {name: values.dtype.str for name, values in attributes.items()}
+    real = "<f8" if step_of_float32(points) > COARSE else "<f4"
+    kinds = dict.fromkeys("xyz", real) | {name: values.dtype.str for name, values in attributes.items()}
     rows = np.empty(len(points), list(kinds.items()))
     for name, values in columns.items():
         rows[name] = values

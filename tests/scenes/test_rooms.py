@@ -13,6 +13,7 @@ from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_tabl
 
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT, complete, steps_of
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
@@ -37,6 +38,24 @@ def test_what_a_sensor_did_not_see_is_dropped_and_counted():
     scan = scan_from_points(points)
     assert scan.dropped == 7
     assert len(scan) == len(points) - 7
+
+
+@pytest.mark.parametrize("away", [1e3, 1e7, 1e30])
+@pytest.mark.parametrize("metre", [1, 1000])
+def test_a_stray_point_far_away_is_dropped_and_counted(away, metre):
+    """One at 100 km took the precision of all others: seats were lost, and cups appeared."""
+    points = room()[0][::20]
+    scan = scan_from_points(np.vstack([points, [[away, 0, 0]]]) * metre, units="auto")
+    assert scan.dropped == 1 and np.allclose(scan.points, points)
+
+
+def test_coordinates_too_coarse_for_their_shape_are_said(tmp_path):
+    far, said = [room()[0][::20] + [500_000, 5_400_000, 300]], []
+    far.append(far[0].astype(np.float32))
+    scan, _ = (scan_from_points(points, report=said.append) for points in far)
+    assert said == ["scan: 32-bit coordinates this far from the origin are 0.5 m apart; subtract an offset first"]
+    (tmp_path / "far.ply").write_bytes(ply_bytes(scan.points, "as a room's labels are written"))
+    assert np.array_equal(load_scan(tmp_path / "far.ply").points, far[0])
 
 
 def test_millimetres_are_taken_for_such_and_said():
