@@ -178,7 +178,7 @@ def uninterrupted() -> Iterator[None]:
 def cached_check(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
     """Return the result of ``check`` for the object with this hash, cached under a name."""
     entry = entry_path(name, content, home)
-    return bool(computed_once(entry, lambda: {"failed": np.array(check())}, ["failed"])["failed"])
+    return bool(computed_once(entry, lambda: {"result": np.array(check())}, ["result"])["result"])
 
 
 def computed_once(

@@ -16,6 +16,7 @@ from cloud_files import mesh_bytes, mug, npz_bytes, pcd_bytes
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import files
+from spherefunc_bullet.formats.npz import cached_check, entry_path, write_entry
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
@@ -131,3 +132,9 @@ def test_pickles_in_models_are_not_opened(tmp_path):
     np.savez(tmp_path / "model.npz", about=np.array([Trap()], dtype=object))
     refused(tmp_path / "model.npz", load_model)
     assert not (tmp_path / "sprung").exists()
+
+
+def test_a_cached_result_under_another_name_is_computed_again(tmp_path):
+    """As another version of this package may have written it; it ended in a KeyError."""
+    write_entry(entry_path("falls_over", "0" * 64, tmp_path), {"result": np.array(True)})
+    assert not cached_check("0" * 64, "falls_over", lambda: False, tmp_path)
