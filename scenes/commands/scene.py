@@ -168,9 +168,9 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
 def require_source(file: Path, units: str, images: dict[str, object]):
     """Raise InputError for options that do not go with the file."""
     from ..ros.bag import is_bag
-    from ..scans.depth_image import IMAGES, require_depth_image
+    from ..scans.depth_image import is_image_file, require_depth_image
 
-    image, bag = file.suffix.lower() in IMAGES, is_bag(file)
+    image, bag = is_image_file(file), is_bag(file)
     require_depth_image(image, file.name, images)
     if units != "auto" and (image or bag):
         raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")
@@ -178,10 +178,10 @@ def require_source(file: Path, units: str, images: dict[str, object]):
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
     """Return the scan of a point cloud's or a depth image's file."""
-    from ..scans.depth_image import IMAGES, load_depth_image
+    from ..scans.depth_image import is_image_file, load_depth_image
     from ..scans.scan import load_scan
 
-    if file.suffix.lower() not in IMAGES:
+    if not is_image_file(file):
         return load_scan(file, units=units, report=say)
     return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
 

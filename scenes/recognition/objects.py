@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import require_ability
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from ..scans.depth_image import IMAGES, Intrinsics, load_depth_image, require_depth_image
+from ..scans.depth_image import Intrinsics, is_image_file, load_depth_image, require_depth_image
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
@@ -129,8 +129,7 @@ def find_objects(
 def is_depth_image(anything: Anything, intrinsics: object) -> bool:
     """Return whether a scan is a depth image: an image file, or an array (H, W) that comes with its camera."""
     if isinstance(anything, str | Path):
-        suffix = Path(anything).suffix.lower()
-        return suffix in IMAGES and (suffix != ".npy" or intrinsics is not None)
+        return is_image_file(Path(anything).expanduser())
     return intrinsics is not None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from dataclasses import MISSING, dataclass
 from functools import partial
 from pathlib import Path
@@ -135,6 +136,14 @@ def in_metres(depth: np.ndarray, depth_scale: float | None, name: str) -> np.nda
         if depth.dtype.kind == "f":
             raise InputError(f"depth_scale=: expected with a depth image of whole numbers, got metres in {name}")
     return depth.astype(np.float64) if depth.dtype.kind == "f" else depth / (depth_scale or SCALE)
+
+
+def is_image_file(path: Path) -> bool:
+    """Return whether a file is a depth image, by its ending; NPY files of shape (N, 3) are points."""
+    if path.suffix.lower() == ".npy":
+        with suppress(*_DAMAGE):  # which readers report
+            return np.load(path, mmap_mode="r", allow_pickle=False).shape[1:] != (3,)
+    return path.suffix.lower() in IMAGES
 
 
 def require_depth_image(is_image: bool, name: str, options: dict[str, object]):

@@ -18,7 +18,7 @@ from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT, complete, steps_of
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.recognition import recognise
-from spherefunc_bullet.scenes.scans.depth_image import kinect_like, load_depth_image
+from spherefunc_bullet.scenes.scans.depth_image import is_image_file, kinect_like, load_depth_image
 from spherefunc_bullet.scenes.scans.scan import load_scan, scan_from_points
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 from spherefunc_bullet.scenes.settings import POOL
@@ -110,6 +110,14 @@ def test_depth_images_of_every_kind_agree(tmp_path, kind):
     assert np.allclose(scan.points[:, 2], 2.0)
     # 525 pixels of focal length to 640 of width, seen from two metres.
     assert np.ptp(scan.points[:, 0]) == pytest.approx(2.0 * 63 / (525 / 640 * 64))
+
+
+def test_an_npy_of_points_is_a_cloud(tmp_path):
+    np.save(tmp_path / "room.npy", room()[0][::20])
+    np.save(tmp_path / "depth.npy", depth_of_wall(64, 48, 2.0))
+    assert not is_image_file(tmp_path / "room.npy") and is_image_file(tmp_path / "depth.npy")
+    result = spherefunc("scene", tmp_path / "room.npy", "--json")
+    assert json.loads(result.stdout)["points"] == len(room()[0][::20])
 
 
 def test_open3d_backprojects_the_same(tmp_path):
