@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spherefunc_bullet.clouds.orientation import report_coarse
 from spherefunc_bullet.errors import InputError, one_line
-from spherefunc_bullet.formats.ply import COARSE, step_of_float32
 from spherefunc_bullet.formats.sources import Geometry, read_geometry
 from spherefunc_bullet.formats.units import METRES
 
@@ -77,9 +77,7 @@ def scan_from_points(
     seen &= (np.abs(points - (low + high) / 2) <= SCAN.largest / metre).all(axis=1)
     if not seen.all():
         points, colors = points[seen], None if colors is None else colors[seen]
-    step = metre * step_of_float32(points)
-    if step > COARSE and (points == points.astype(np.float32)).all():
-        report(f"{name}: 32-bit coordinates this far from the origin are {step:.2g} m apart; subtract an offset first")
+    report_coarse(points, metre, name, report)
     return Scan(
         name=name,
         points=points * metre,

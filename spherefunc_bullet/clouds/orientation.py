@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, one_line
+from ..formats.ply import COARSE, step_of_float32
 from ..formats.sources import Geometry
 from ..formats.units import BY_FILE, METRES, format_length
 
@@ -136,7 +137,17 @@ def to_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
         units = likely_unit(extent)
         size = _rounded(extent * METRES[units])
         report(f"{name}: took its unit to be {units}, so it is {size} large; units= says otherwise")
+    report_coarse(points, METRES[units], name, report)
     return points * METRES[units]
+
+
+def report_coarse(points: np.ndarray, metre: float, name: str, report: Report) -> None:
+    """Report coordinates (N, 3) of 32 bits so far from the origin that they lost shape; ``metre`` is their unit."""
+    step = metre * step_of_float32(points)
+    with np.errstate(over="ignore"):
+        is_coarse = step > COARSE and (points == points.astype(np.float32)).all()
+    if is_coarse:
+        report(f"{name}: 32-bit coordinates this far from the origin are {step:.2g} m apart; subtract an offset first")
 
 
 def _rounded(metres: float) -> str:

@@ -195,7 +195,8 @@ _WRITTEN = {"<f4": "float", "<f8": "double", "|u1": "uchar", "<i4": "int"}
 
 def step_of_float32(points: np.ndarray) -> float:
     """Return the distance between neighbouring numbers of 32 bits at the farthest coordinate of points (N, 3)."""
-    return float(np.spacing(np.abs(points).max(initial=0.0), dtype=np.float32))
+    farthest = np.float64(np.abs(points).max(initial=0.0))
+    return float(np.spacing(farthest)) * 2**29  # a double has so many steps between them
 
 
 def ply_bytes(points: np.ndarray, comment: str, **attributes: np.ndarray) -> bytes:

@@ -246,3 +246,12 @@ def covers_random_locations(cloud, path, rng):
     locations = np.asarray(locations) - [*(used.min(axis=0) + used.max(axis=0))[:2] / 2, used[:, 2].min()]
     # the sampled points are placed anew: their box may be smaller than the mesh's by the gap
     return cKDTree(cloud.points).query(locations)[0].max() <= 2 * MAX_GAP
+
+
+def test_coordinates_too_coarse_for_their_shape_are_said():
+    said, far = [], mug()[0] + [500_000, 5_400_000, 300]
+    for points in (mug()[0].astype(np.float32), far, far.astype(np.float32)):
+        cloud_from_points(points, "mug", report=said.append)
+    assert [line for line in said if "32-bit" in line] == [
+        "mug: 32-bit coordinates this far from the origin are 0.5 m apart; subtract an offset first"
+    ]
