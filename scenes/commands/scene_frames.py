@@ -108,12 +108,14 @@ def fused_json(fusion: SceneFusion, source: Frames, objects: list[FusedObject]) 
 
 def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     """Print the objects with a function, and those that are gone."""
-    names = fusion.room.function_names
+    from ..report.files import score_text
+
+    room, names = fusion.room, fusion.room.function_names
     rows = [
         [
             str(item.id),
             ", ".join(sorted(item.functions)) + ", unsure" * item.unsure,
-            *(f"{item.scores[name]:.2f}" for name in names),
+            *(score_text(room, room.objects[item.label], name) for name in names),
         ]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
         + [" ".join(f"{place:.2f}" for place in item.box.center), str(item.seen)]
@@ -122,7 +124,8 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
         if item.functions
     ]
     columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
-    print_table(f"{fusion.count} depth images: what objects are for, and the score of each", columns, rows)
+    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
+    print_table(f"{fusion.count} depth image{'s' * (fusion.count != 1)}: {says}", columns, rows)
     useful = f"{len(rows)} object{'s' * (len(rows) != 1)}"
     show(f"{useful} with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())

@@ -258,6 +258,11 @@ def test_an_update_that_sees_too_little_costs_no_later_image(folder):
     assert result.exit_code == 0 and json.loads(result.stdout)["frames"] == {"fused": 3, "left_out": 0}
 
 
+def test_the_table_says_which_threshold_a_score_exceeds(folder):
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--every", "0"])
+    assert "3 depth images: " in result.stdout and "1.00 (0.50)" in result.stdout
+
+
 def test_masked_depth_is_unseen(images):
     depth, pose = images[0]
     masked = np.ma.masked_array(np.nan_to_num(depth, nan=0.5), np.isnan(depth))
