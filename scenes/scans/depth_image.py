@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from contextlib import suppress
 from dataclasses import MISSING, dataclass
 from functools import partial
@@ -140,7 +141,7 @@ def in_metres(depth: np.ndarray, depth_scale: float | None, name: str) -> np.nda
 
 def is_image_file(path: Path) -> bool:
     """Return whether a file is a depth image, by its ending; NPY files of shape (N, 3) are points."""
-    if path.suffix.lower() == ".npy":
+    if path.suffix.lower() == ".npy" and os.path.isfile(path):  # and no pipe
         with suppress(*_DAMAGE):  # which readers report
             return np.load(path, mmap_mode="r", allow_pickle=False).shape[1:] != (3,)
     return path.suffix.lower() in IMAGES
