@@ -53,9 +53,9 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
     with opened(path, name) as reader:
         chosen = topic_of_clouds(reader.topics, topic, name)
         connections = [known for known in reader.connections if known.topic == chosen]
-        message = cloud_at(reader, connections, time, f"{name} {chosen}")
+        message, recorded = cloud_at(reader, connections, time, f"{name} {chosen}")
         frames = frame_tree(reader)
-    stamp, frame = seconds(message.header.stamp), plain(message.header.frame_id)
+    stamp, frame = seconds(message.header.stamp) or recorded, plain(message.header.frame_id)
     level = frames.to_level(frame, stamp)
     if report is not None:
         placed = "its own frame, as no level frame is in /tf" if level is None else f"the level frame {level[0]}"
@@ -115,8 +115,8 @@ def listed(topics: Mapping[str, Any]) -> str:
     return ", ".join(shown) + more or "an empty bag"
 
 
-def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what: str) -> Any:
-    """Return the first cloud from a time on, seconds after the start of the bag.
+def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what: str) -> tuple[Any, float]:
+    """Return the first cloud from a time on, seconds after the start of the bag, and when it was recorded, seconds.
 
     Raises
     ------
@@ -124,8 +124,8 @@ def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what
         If there is none.
     """
     begin = reader.start_time
-    for connection, _, raw in reader.messages(connections, start=begin + round(time * 1e9)):
-        return reader.deserialize(raw, connection.msgtype)
+    for connection, recorded, raw in reader.messages(connections, start=begin + round(time * 1e9)):
+        return reader.deserialize(raw, connection.msgtype), recorded / 1e9
     count = sum(known.msgcount for known in connections)
     length = (reader.end_time - begin) / 1e9 if count else 0.0
     wanted = f"a cloud from {time:g} s on" if count else "a cloud"

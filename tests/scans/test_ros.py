@@ -145,6 +145,19 @@ def test_a_cloud_is_read_and_turned_level(bag, seen):
     assert "/camera/points at 100.000 s" in said[0] and "odom" in said[0]
 
 
+def test_a_cloud_without_a_stamp_is_where_it_was_recorded(tmp_path, seen):
+    """Time 0 is nearest to the first transform of the bag, wherever the robot has gone since."""
+    moved = np.eye(4)
+    moved[0, 3] = 3.0
+    recorded = [
+        ("/tf", TF, BEGIN - 9, lambda m: m.transform("odom", CAMERA, T_level_camera(), BEGIN - 9)),
+        ("/tf", TF, BEGIN, lambda m: m.transform("odom", CAMERA, moved @ T_level_camera())),
+        ("/camera/points", CLOUD, BEGIN, lambda m: m.cloud(seen, time=0)),
+    ]
+    wanted = seen[: len(seen) // 2 * 2] @ T_level_camera()[:3, :3].T + T_level_camera()[:3, 3] + [3, 0, 0]
+    assert np.allclose(load_bag(write_bag(tmp_path / "bare", "mcap", recorded)).points, wanted, atol=1e-4)
+
+
 def test_without_frames_a_cloud_stays_as_the_sensor_saw_it(tmp_path, seen):
     path = write_bag(tmp_path / "bare", "mcap", recorded_room(seen)[:1])
     scan = load_bag(path)
