@@ -129,20 +129,28 @@ def find_outer(points, rest, parts, outer):
     outer[0], outer[1], count = left, right, 2
     for a, b in ((left, right), (right, left)):
         end, farthest = move_outside(points, rest, 0, len(rest), a, b)
-        parts[0], waiting = (0, end, farthest, a, b), 1
+        write_part(parts, 0, 0, end, farthest, a, b)
+        waiting = 1
         while waiting > 0:
             waiting -= 1
-            first, end, farthest, a, b = parts[waiting]
+            part = parts[waiting]
+            first, end, farthest, a, b = part[0], part[1], part[2], part[3], part[4]
             if first < end:
                 outer[count] = farthest
                 count += 1
                 middle, before = move_outside(points, rest, first, end, a, farthest)
                 last, behind = move_outside(points, rest, middle, end, farthest, b)
                 larger = waiting if 2 * middle > first + last else waiting + 1  # comes last, so that few wait
-                parts[larger] = first, middle, before, a, farthest
-                parts[2 * waiting + 1 - larger] = middle, last, behind, farthest, b
+                write_part(parts, larger, first, middle, before, a, farthest)
+                write_part(parts, 2 * waiting + 1 - larger, middle, last, behind, farthest, b)
                 waiting += 2
     return count
+
+
+@lean_njit(cache=True, error_model="numpy")
+def write_part(parts, row, first, end, farthest, a, b):
+    """Write a row of the parts that wait; assigning a whole row would load numba's array functions."""
+    parts[row, 0], parts[row, 1], parts[row, 2], parts[row, 3], parts[row, 4] = first, end, farthest, a, b
 
 
 @lean_njit(cache=True, error_model="numpy")

@@ -136,5 +136,5 @@ def test_pickles_in_models_are_not_opened(tmp_path):
 
 def test_a_cached_result_under_another_name_is_computed_again(tmp_path):
     """As another version of this package may have written it; it ended in a KeyError."""
-    write_entry(entry_path("falls_over", "0" * 64, tmp_path), {"told": np.array(True)})
+    write_entry(entry_path("falls_over", "0" * 64, tmp_path), {"answer": np.array(True)})
     assert not cached_check("0" * 64, "falls_over", lambda: False, tmp_path)
