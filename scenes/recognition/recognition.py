@@ -18,7 +18,7 @@ from ..pools.vessels import surroundings
 from ..scans.cells import NearPoints, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
-from ..scans.scan import Scan
+from ..scans.scan import Scan, require_surfaces
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
@@ -136,6 +136,7 @@ def recognise(
     settings, watch = settings or Segmentation(), Stopwatch()
     fine = cells(scan.points, POOL.spacing) if len(scan) > RECOGNITION.many else None
     seen = scan.points if fine is None else fine.means
+    require_surfaces(seen, scan.name)
     watch.lap("thinning")
     levelling = level(seen, up, scan.name)
     watch.lap("floor")

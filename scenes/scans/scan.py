@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from spherefunc_bullet.clouds.orientation import report_coarse
 from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.sources import Geometry, read_geometry
-from spherefunc_bullet.formats.units import METRES
+from spherefunc_bullet.formats.units import METRES, format_length
 
 from ..settings import SCAN
+from .cells import cells
 
 Report = Callable[[str], None]
 
@@ -33,6 +34,17 @@ class Scan:
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+def require_surfaces(points: np.ndarray, name: str):
+    """Raise InputError if points (N, 3), metres, fill space, as stray points do, instead of lying on surfaces."""
+    share = cells(points, SCAN.block).within.mean()
+    if share > SCAN.most_within:
+        raise InputError(
+            f"{name}: expected points on surfaces, got some everywhere: {share:.0%} of its cells of "
+            f"{format_length(SCAN.block)} lie within others; if many are stray, filter them, "
+            "such as by Open3D's remove_statistical_outlier"
+        )
 
 
 def scan_from_points(

@@ -11,6 +11,7 @@ from commands import spherefunc
 from PIL import Image
 from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_table
 
+import spherefunc_bullet as sf
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.ply import ply_bytes
@@ -19,7 +20,7 @@ from spherefunc_bullet.scenes.recognition.completion import DEFAULT, complete, s
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.depth_image import is_image_file, kinect_like, load_depth_image
-from spherefunc_bullet.scenes.scans.scan import load_scan, scan_from_points
+from spherefunc_bullet.scenes.scans.scan import load_scan, require_surfaces, scan_from_points
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 from spherefunc_bullet.scenes.settings import POOL
 
@@ -63,6 +64,14 @@ def test_millimetres_are_taken_for_such_and_said():
     scan = scan_from_points(room()[0] * 1000, units="auto", report=said.append)
     assert np.ptp(scan.points[:, 0]) == pytest.approx(4.0)
     assert "millimetres" in said[0]
+
+
+def test_points_that_fill_space_are_one_line():
+    """They made surfaces everywhere; it took minutes and ten gigabytes."""
+    points = np.random.default_rng(0).uniform(0, [3, 3, 2], (50_000, 3))
+    with pytest.raises(InputError, match="scan: expected points on surfaces, got some everywhere: "):
+        sf.find_objects(points)
+    require_surfaces(points * [1, 1, 0.04], "a layer as thick as a cell")
 
 
 @pytest.mark.parametrize(
