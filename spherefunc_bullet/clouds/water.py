@@ -91,12 +91,17 @@ def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float
     return low
 
 
+def wall_of(cloud: Cloud) -> float:
+    """Return how near to a point of a cloud is wall, metres; 0 with a mesh, whose walls have no thickness."""
+    return 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.to_neighbour(SIXTH)
+
+
 def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:
     """Return the bodies of water that an object holds up to their brims, the largest first."""
     size = cloud.size
     cell = max(float(np.prod(np.maximum(size, 0.02 * size.max())) / cells) ** (1 / 3), float(size.max()) / MOST)
     cell = cell if cloud.mesh is not None else max(cell, cloud.spacing)
-    wall = 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.to_neighbour(SIXTH)
+    wall = wall_of(cloud)
     margin = 2 + int(np.ceil(wall / cell))
     origin = cloud.bounds[0] - (margin + 0.013) * cell  # off the planes at round coordinates that models often have
     shape = tuple(np.ceil((cloud.bounds[1] - origin) / cell).astype(int) + margin)

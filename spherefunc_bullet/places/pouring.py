@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..clouds.cloud import MAX_GAP, Cloud
-from ..clouds.water import SPILLED_AT, Water, waters_of
+from ..clouds.water import SPILLED_AT, Water, wall_of, waters_of
 from .place import FUNCTION, Place
 from .regions import HeightMap, rings_of, surface_of
 
@@ -39,7 +39,8 @@ def pour_place(cloud: Cloud, water: Water) -> Place | None:
     depth = water.brim_height - (water.origin[2] + water.cells[:, 2].min() * water.cell)
     area = len(water.opening) * water.cell**2
     capacity = water.volume * 1e6
-    if capacity < LEAST_ML or depth < LEAST_DEPTH or depth < LEAST_STEEP * np.sqrt(area):
+    least = max(LEAST_DEPTH, LEAST_STEEP * np.sqrt(area), wall_of(cloud))  # walls as thick leave pits between points
+    if capacity < LEAST_ML or depth < least:
         return None
     tilt, heading = water.spill()
     return Place(

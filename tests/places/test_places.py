@@ -361,6 +361,12 @@ def test_a_cloud_without_a_mesh_holds_about_as_much(count):
     assert 0.1 <= place.height < 0.11
 
 
+def test_a_flat_sheet_of_random_points_holds_no_water():
+    """Its walls are as thick as the gaps, so it has pits between points."""
+    sheet = [[0, 0, 0.7], [1, 0, 0.7], [1, 1, 0.7], [0, 1, 0.7]], [[0, 1, 2], [0, 2, 3]]
+    assert not pour_places(Cloud(at_random(*sheet, 5000)))
+
+
 def at_random(vertices: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
     """Return points (N, 3) at random on a mesh, as many libraries sample it."""
     return trimesh.sample.sample_surface(trimesh.Trimesh(vertices, faces), count, seed=0)[0]
