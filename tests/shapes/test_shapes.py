@@ -376,6 +376,13 @@ def test_a_link_of_a_urdf_may_have_an_apostrophe(tmp_path):
     assert solid.name == "bob's" and np.allclose(np.ptp(solid.vertices, axis=0), [0.4, 0.2, 0.1])
 
 
+def test_a_material_within_a_geometry_of_a_urdf_is_passed_over(tmp_path):
+    """As PyBullet's own racecar has it."""
+    (tmp_path / "m.urdf").write_text(urdf_of("<box size='0.4 0.2 0.1'/><material name='blue'/>"))
+    (solid,) = load_solids(tmp_path / "m.urdf", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert np.allclose(np.ptp(solid.vertices, axis=0), [0.4, 0.2, 0.1])
+
+
 def test_a_capsule_of_a_urdf_is_refused_by_its_name(tmp_path):
     (tmp_path / "m.urdf").write_text(urdf_of("<capsule radius='0.1' length='0.4'/>"))
     with pytest.raises(InputError, match="expected meshes, boxes, cylinders and spheres, got a capsule$"):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import yourdfpy
 
 PACKAGE_PATH = "ROS_PACKAGE_PATH"  # environment variable: folders of packages, or packages
-SHAPES = ("mesh", "box", "cylinder", "sphere")
+SHAPES = frozenset({"mesh", "box", "cylinder", "sphere"})
 _MARK = "package.xml"  # every ROS package has this file
 _LAYOUT = ("urdf", "robots", "xacro")  # subfolders of a package without that file that hold URDF files
 
@@ -88,7 +88,8 @@ def robot_of(data: bytes, tree: ElementTree.Element) -> yourdfpy.URDF:
     """
     import yourdfpy
 
-    if odd := next((shape.tag for shape in tree.iterfind("link/*/geometry/*") if shape.tag not in SHAPES), None):
+    shapes = [[shape.tag for shape in geometry] for geometry in tree.iterfind("link/*/geometry")]
+    if odd := next((tags[0] for tags in shapes if tags and SHAPES.isdisjoint(tags)), None):
         raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
     return yourdfpy.URDF.load(io.BytesIO(data), load_meshes=False, build_collision_scene_graph=False)
 
