@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import subprocess
 import sys
@@ -302,9 +301,9 @@ def test_nothing_is_printed(capfd):
 
 
 @pytest.mark.slow
-def test_nothing_is_printed_by_a_new_process():
+def test_nothing_is_printed_by_a_new_process(SCRIPT):
     """The engine says when it was built as it is imported, and more when it connects."""
-    assert len(printed_by_a_new_process().splitlines()) == 1  # by the script itself
+    assert len(printed_by_a_new_process(SCRIPT).splitlines()) == 1  # by the script itself
 
 
 # What is left behind
@@ -326,23 +325,28 @@ def test_the_engine_is_given_back_after_a_run():
     assert open_clients() == 0
 
 
-def resident() -> int:
-    """Return this process's memory, bytes."""
-    gc.collect()
-    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE
+# In a process of its own, since the memory of one in which many tests ran wanders by megabytes.
+MEMORY = """
+import gc, sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+import clouds
+from spherefunc_bullet.simulator import DropSettings, make_simulator
+simulator, pages = make_simulator("bullet"), []
+for i in range(1, 41):
+    simulator.drop(clouds.mug(0.025, 0.04), DropSettings(radius=0.008, miss_limit=3), i)
+    if i in (10, 40):
+        gc.collect()
+        pages.append(int(Path("/proc/self/statm").read_text().split()[1]))
+print(pages[1] - pages[0])
+"""
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's /proc")
 def test_memory_stays_over_many_drops():
-    sizes = {}
-    simulator, settings = make_simulator("bullet"), DropSettings(radius=0.008, miss_limit=3)
-    for i in range(1, 41):
-        simulator.drop(cup(), settings, i)
-        if i in (10, 40):
-            sizes[i] = resident()
     # A shape kept by each of the 30 runs would be 30 times 2,200 faces or some 15 MB; the allocator wanders by one.
-    assert sizes[40] - sizes[10] < 4e6
+    assert int(printed_by_a_new_process(MEMORY)) * PAGE < 4e6
 
 
 # The same bits
@@ -359,9 +363,9 @@ print(hashlib.sha256(result.centers.tobytes()).hexdigest())
 
 
 @cache
-def printed_by_a_new_process() -> str:
-    """Return what a new process prints that drops spheres on a cup and prints the hash of their centres."""
-    code = SCRIPT.format(tests=str(TESTS / "support"))
+def printed_by_a_new_process(script: str) -> str:
+    """Return what a new process prints that runs a script."""
+    code = script.format(tests=str(TESTS / "support"))
     return subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
@@ -371,7 +375,7 @@ def test_same_bits_after_other_objects_and_in_another_process():
     dropped(clouds.bin_(0.08, 0.08, 0.04), 0.01)
     dropped(clouds.plate(0.15, 0.15), 0.012)
     assert dropped(seed=3).centers.tobytes() == alone
-    assert printed_by_a_new_process().strip() == hashlib.sha256(alone).hexdigest()
+    assert printed_by_a_new_process(SCRIPT).strip() == hashlib.sha256(alone).hexdigest()
 
 
 @pytest.mark.parametrize("shape", SHAPES)
