@@ -301,7 +301,7 @@ def test_nothing_is_printed(capfd):
 
 
 @pytest.mark.slow
-def test_nothing_is_printed_by_a_new_process(SCRIPT):
+def test_nothing_is_printed_by_a_new_process():
     """The engine says when it was built as it is imported, and more when it connects."""
     assert len(printed_by_a_new_process(SCRIPT).splitlines()) == 1  # by the script itself
 
