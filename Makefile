@@ -86,7 +86,7 @@ bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoC
 	@$(BIN)/python -m spherefunc_bullet.compare.bench mechanics
 	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench scene_stages $(SCANS))
 
-scans: tools  ## the exam of real scans: by object and by place, by function and source, with intervals
+scans: tools  ## the benchmark of real scans: by object and by place, by function and source, with intervals
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.real_scans $(SCANS)
 
 site: tools  ## the documents as pages, in build/site, without the network

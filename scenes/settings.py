@@ -38,7 +38,7 @@ class ScanNumbers:
     tried: int = number(500, "", "directions or planes: enough where a third of a scan is floor")
     least_floor: float = number(0.15, "of the largest level plane", "of a floor, at least")
     block: float = number(0.1, "m", "side of the cells that show whether points lie on surfaces")
-    most_within: float = number(0.5, "of these cells", "within others, at most; in real scans up to 0.16")
+    most_interior: float = number(0.5, "of these cells", "with others on all six sides, at most; real scans: 0.16")
     stray: float = number(0.03, "of the points", "below a floor or behind a wall, by noise and reflections, at most")
     fit: float = number(0.04, "m", "from a plane within which points are fitted")
     largest_top: float = number(1.25, "m2", "of a table top, at most")

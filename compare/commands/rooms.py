@@ -101,7 +101,7 @@ def rooms(
 def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
     """Print the results, and write the report."""
     if report is not None:
-        from ..rooms.exam import write_report
+        from ..rooms.benchmark import write_report
 
         write_report(report, about, measured)
     if json:

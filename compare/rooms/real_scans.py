@@ -26,7 +26,7 @@ from spherefunc_bullet.scenes.scans.scan import load_scan
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
 
-from .exam import OBJECT, PLACE, BenchmarkScan, benchmark_rows, match_places, print_benchmark, source_of
+from .benchmark import OBJECT, PLACE, BenchmarkScan, benchmark_rows, match_places, print_benchmark, source_of
 from .matching import MatchResult, Row, Score, match_by_place, match_objects, score_of, score_row
 from .truth import inferred_in, read_rows, recognised_in, true_objects
 
@@ -48,7 +48,7 @@ class ScanResults:
             "scans": self.rows,
             **score_row(score_of(self.verdicts)),
             "functions": {name: score_row(score) for name, score in scores_by_function(self.verdicts).items()},
-            "exam": benchmark_rows(self.examined),
+            "benchmark": benchmark_rows(self.examined),
             "inferred": inferred_row(self.inferred),
         }
 

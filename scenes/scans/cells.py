@@ -49,7 +49,7 @@ class Cells:
         return np.stack([self.keys >> 2 * _BITS, self.keys >> _BITS & mask, self.keys & mask], axis=1) - _OFFSET
 
     @property
-    def within(self) -> np.ndarray:
+    def interior(self) -> np.ndarray:
         """Which cells have others on all six sides, (C,) bool."""
         neighbours = [self.keys + step for axis in range(3) for step in (1 << axis * _BITS, -1 << axis * _BITS)]
         return np.all([np.isin(each, self.keys) for each in neighbours], axis=0)

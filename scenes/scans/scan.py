@@ -38,11 +38,11 @@ class Scan:
 
 def require_surfaces(points: np.ndarray, name: str):
     """Raise InputError if points (N, 3), metres, fill space, as stray points do, instead of lying on surfaces."""
-    share = cells(points, SCAN.block).within.mean()
-    if share > SCAN.most_within:
+    share = cells(points, SCAN.block).interior.mean()
+    if share > SCAN.most_interior:
         raise InputError(
             f"{name}: expected points on surfaces, got some everywhere: {share:.0%} of its cells of "
-            f"{format_length(SCAN.block)} lie within others; if many are stray, filter them, "
+            f"{format_length(SCAN.block)} have others on all sides; if many are stray, filter them, "
             "such as by Open3D's remove_statistical_outlier"
         )
 

@@ -113,7 +113,7 @@ def find_outer(points, rest, parts, outer):
     Parameters
     ----------
     rest : (N,) int64
-        All points; sorted in place.
+        All points; reordered in place.
     parts : (DEPTH, 5) int64
         Room for the parts that have points outside a line: the first and the end of these in ``rest``, the farthest of
         them, and the two ends of the line.

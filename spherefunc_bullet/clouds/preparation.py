@@ -57,7 +57,7 @@ def levelled(cloud: Cloud) -> Cloud:
 def surround_centre(feet: np.ndarray, cloud: Cloud) -> bool:
     """Return whether feet (N, 2), metres, reach beyond the centre of an object in all directions."""
     around, center = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)]), [axis.mean() for axis in cloud.points.T[:2]]
-    # A few of the feet usually do.
+    # A few of the feet usually suffice.
     trials = (feet[:: max(1, len(feet) // SOME_FEET)], feet)
     return any(((some - center) @ around).max(axis=0).min() > SAFE * cloud.size.max() for some in trials)
 

@@ -14,7 +14,7 @@ from checkout import DATA
 from commands import ended
 from room_shapes import room
 
-from spherefunc_bullet.compare.rooms.exam import interval
+from spherefunc_bullet.compare.rooms.benchmark import interval
 from spherefunc_bullet.compare.rooms.matching import (
     MatchResult,
     Score,
@@ -221,7 +221,7 @@ def test_the_command_scores_a_room_that_is_known(tmp_path, seed: tuple):
     about = json.loads(done.stdout)
     assert (about["seen"], about["scans"][0]["scan"]) == (3, "room.ply")
     assert {"mug", "table"} <= set(about["scans"][0]["found"])
-    by_object = next(row for row in about["exam"] if (row["by"], row["of"]) == ("object", "all"))
+    by_object = next(row for row in about["benchmark"] if (row["by"], row["of"]) == ("object", "all"))
     assert (by_object["found"], by_object["claims"]) == (about["found"], about["claims"])
 
 

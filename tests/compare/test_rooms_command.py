@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
-from spherefunc_bullet.compare.rooms.exam import curve_rows, write_report
+from spherefunc_bullet.compare.rooms.benchmark import curve_rows, write_report
 from spherefunc_bullet.compare.rooms.folds import TrainingOptions, trained_classifier, whole_fold
 from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets
 from spherefunc_bullet.compare.rooms.training_examples import ScanSetup
