@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import PITCH, Cloud
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, generator_of
+from spherefunc_bullet.simulator import Columns, DropResult, DropSettings, Stop
 
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
@@ -75,7 +75,7 @@ class DropRun:
             self.strips = Strips(self.spheres, settings.radius, scratch)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
-        self.generator = generator_of(seed)
+        self.source = Columns(self.low[:2], self.high[:2], settings, seed)
         self.waiting = np.empty((0, 2))  # columns that are drawn but not used yet
         self.columns: list[np.ndarray] = []
         self.outcomes: list[np.ndarray] = []
@@ -93,7 +93,7 @@ class DropRun:
     def is_prefix_of(self, settings: DropSettings, how: RollOptions, seed: int) -> bool:
         """Return whether another run begins with the drops of this one."""
         s = self.settings
-        same = (s.radius, self.how, self.seed) == (settings.radius, how, seed)
+        same = (s.radius, s.even_columns, self.how, self.seed) == (settings.radius, settings.even_columns, how, seed)
         longer = settings.max_drops is not None and settings.max_drops > self.drops
         return same and longer and settings.miss_limit >= s.miss_limit and settings.max_spheres >= s.max_spheres
 
@@ -120,7 +120,7 @@ class DropRun:
     def draw_columns(self, count: int) -> np.ndarray:
         """Return a number of columns (M, 2): first those drawn before and not used, then new ones."""
         if len(self.waiting) < count:
-            drawn = self.generator.uniform(self.low[:2], self.high[:2], size=(count - len(self.waiting), 2))
+            drawn = self.source.draw(count - len(self.waiting))
             self.waiting = np.concatenate([self.waiting, drawn])
         taken, self.waiting = self.waiting[:count], self.waiting[count:]
         self.reserve(count)

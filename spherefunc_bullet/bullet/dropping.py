@@ -16,7 +16,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
-from ..simulator import DropResult, DropSettings, Outcome, Stop, generator_of
+from ..simulator import Columns, DropResult, DropSettings, Outcome, Stop
 from .collision.shape import CollisionShape
 from .columns import ColumnIndex
 from .engine import Physics
@@ -168,7 +168,7 @@ class DropRun:
         self.columns = ColumnIndex(shape.columns, self.low, self.high)
         points = cloud.points / settings.radius
         self.points = self.columns if shape.kind == "mesh" else ColumnIndex(points, self.low, self.high)
-        self.random = generator_of(seed)
+        self.source = Columns(self.low[:2], self.high[:2], settings, seed)
         self.drawn, self.next = np.empty((0, 2)), 0  # columns, and the first of them that is not used
         slots = int(np.clip(np.prod((self.high - self.low)[:2]) / ROOM, 1, world.physics.in_air))
         world.add_spheres(slots)
@@ -216,7 +216,7 @@ class DropRun:
         flights = self.flights
         few = len(flights.flying)
         if len(self.drawn) - self.next < few:
-            new = self.random.uniform(self.low[:2], self.high[:2], size=(CHUNK, 2))
+            new = self.source.draw(CHUNK)
             self.drawn, self.next = np.concatenate([self.drawn[self.next :], new]), 0
         if not first_apart(self.drawn, self.next, few, flights.flying, flights.positions, APART):
             return None

@@ -100,9 +100,9 @@ class DropConfig:
         return drops
 
     def settings(self, radius: float) -> dict[str, Any]:
-        """Return the settings of a run of one radius, without limits that are not set."""
+        """Return the settings of a run of one radius, without what is not set."""
         settings = asdict(drop_settings(self.simulator, radius, self.run_limit))
-        return {name: value for name, value in settings.items() if value is not None}
+        return {name: value for name, value in settings.items() if value}
 
     def run_hash(self, content: str, radius: float) -> str:
         """Return the hash of all that decides one run, which names its cache entry."""

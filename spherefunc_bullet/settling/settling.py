@@ -92,7 +92,7 @@ def drop_settings(simulator: Simulator, radius: float, run_limit: RunLimit = LIM
     Runs to the end stop by the rule of the paper only (§III-A), unless the simulator declares a limit of its own.
     """
     if run_limit.drops is not None:
-        return DropSettings(radius=radius, miss_limit=run_limit.drops, max_drops=run_limit.drops)
+        return DropSettings(radius=radius, miss_limit=run_limit.drops, max_drops=run_limit.drops, even_columns=True)
     if run_limit.to_the_end and not hasattr(simulator, "sphere_limit"):
         return DropSettings(radius=radius, miss_limit=run_limit.miss_limit)
     return DropSettings(radius=radius, miss_limit=run_limit.miss_limit, max_spheres=sphere_limit(simulator))
