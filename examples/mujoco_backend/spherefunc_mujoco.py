@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Stop, provenance_of, require_fitting
+from spherefunc_bullet.simulator import Columns, DropResult, DropSettings, Outcome, Stop, provenance_of, require_fitting
 
 LOOK = 8  # time steps between two looks at the spheres
 REST_SPEED, REST_TIME, TIME_LIMIT = 0.01, 1.6, 100.0  # as of `bullet`
@@ -106,7 +106,7 @@ class DropRun:
         self.low, self.high = cloud.bounds / settings.radius
         self.points = cKDTree(cloud.points / settings.radius)
         self.below, self.heights = cKDTree(shape.columns[:, :2]), shape.columns[:, 2]
-        self.random = np.random.default_rng(seed)
+        self.source = Columns(self.low[:2], self.high[:2], settings, seed)
         self.centers: list[np.ndarray] = []
         self.on_object: list[bool] = []
         self.columns: list[np.ndarray] = []
@@ -158,7 +158,7 @@ class DropRun:
 
     def next_columns(self) -> np.ndarray:
         """Return columns (K, 2) that are apart from each other, first those that had to wait."""
-        drawn = self.random.uniform(self.low[:2], self.high[:2], size=(self.most - len(self.waiting), 2))
+        drawn = self.source.draw(self.most - len(self.waiting))
         chosen, waiting = [], []
         for column in [*self.waiting, *drawn]:
             apart = all(np.hypot(*(column - other)) > APART for other in chosen)

@@ -192,7 +192,7 @@ def drops_over(
     if settings.max_drops is not None:
         share = target.own.size[:2].prod() / max(union.size[:2].prod(), 1e-12)
         most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
-        run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
+        run = replace(settings, miss_limit=most, max_drops=most)
     runs = []
     for seed in seeds:
         _, falls = falls_on(clouds, union, simulator, run, seed)

@@ -56,7 +56,8 @@ def level_of(
     fitting = float(np.clip(target.own.size.max() / (ACROSS * FINER), *LIMITS))
     length = fitting if radius is None else radius
     layer = layer_of(target.own.size, length)
-    run = simulator, DropSettings(radius=length, max_drops=layer), range(seed, seed + math.ceil(drops / layer))
+    settings = DropSettings(radius=length, max_drops=layer, even_columns=True)
+    run = simulator, settings, range(seed, seed + math.ceil(drops / layer))
     alone, together = drops_over([target], 0, *run), drops_over(objects, number, *run)
     if not alone.by(0).any():
         return None

@@ -186,7 +186,7 @@ def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, se
     fitting = float(np.clip(size.max() / ACROSS, *LIMITS))
     radius = fitting if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)
-    run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer)
+    run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer, even_columns=True)
     clouds = [item.cloud for item in placed]
     drop, falls = falls_on(clouds, united(clouds, "all together"), simulator, run, settings.seed)
     falls = within_boxes(falls, placed)

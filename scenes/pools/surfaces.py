@@ -45,7 +45,7 @@ def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float
         return np.empty((0, 3))
     scene, simulator = Cloud(points, "scene"), make_simulator(simulator)
     count = max(int(POOL.density * np.prod(scene.size[:2]) / radius**2), POOL.min_spheres)
-    settings = DropSettings(radius=radius, miss_limit=count, max_drops=count)
+    settings = DropSettings(radius=radius, miss_limit=count, max_drops=count, even_columns=True)
     tasks = [(scene, simulator, settings, seed + run) for run in range(POOL.runs)]
     found = []
     for _, outcome in run_tasks(centers_on, tasks, ["scene"] * POOL.runs, isolate=isolated(simulator)):

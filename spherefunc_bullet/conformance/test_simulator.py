@@ -267,6 +267,15 @@ def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simu
     assert np.array_equal(short.centers, long.centers[: short.settled])
 
 
+def test_columns_are_spread_evenly_if_the_settings_ask_for_it(simulator: Simulator):
+    """Of 100 columns, each sixteenth of the bounding box gets about six, as by `Columns`."""
+    settings = DropSettings(radius=radius_of("plate"), miss_limit=100, max_drops=100, even_columns=True)
+    low, high = shape("plate").bounds[:, :2]
+    columns = simulator.drop(shape("plate"), settings, 1).columns
+    counts = np.histogram2d(*((columns - low) / (high - low)).T, bins=4, range=[[0, 1], [0, 1]])[0]
+    assert counts.min() >= 4 and counts.max() <= 9
+
+
 def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator: Simulator):
     """On a horizontal plate a sphere stays where it touches down."""
     settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)

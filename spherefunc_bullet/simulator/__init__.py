@@ -147,8 +147,8 @@ class Simulator(Protocol):
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until one of the limits is reached, checked in this order: misses, spheres, drops.
 
-        Columns are drawn uniformly over the bounding box, each sphere falls straight down its column, and a sphere at
-        rest is static for ever. A sphere at rest does not overlap the points. It may rest on spheres alone only if its
+        `Columns` draws columns over the bounding box, each sphere falls straight down its column, and a sphere at rest
+        is static for ever. A sphere at rest does not overlap the points. It may rest on spheres alone only if its
         centre is within the bounding box (else `Outcome.REJECTED`). A sphere that reaches the ground z = 0 next to the
         object has rolled off. The limits cut a run short and change nothing else: the drops of a shorter run are the
         first ones of a longer run, at least with the attribute ``as_drawn``.

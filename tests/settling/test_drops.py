@@ -47,7 +47,8 @@ def test_over_the_wall_nothing_is_in_the_way():
 def test_every_drop_has_a_row():
     drops = settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=60))[RADIUS]
     cloud, angle = headed(clouds.mug())
-    again = make_simulator("fast").drop(cloud, DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
+    settings = DropSettings(radius=RADIUS, miss_limit=60, max_drops=60, even_columns=True)
+    again = make_simulator("fast").drop(cloud, settings, 0)
     assert len(drops) == 60 and drops.radius == RADIUS and drops.provenance == again.provenance
     own = drops.turned(angle)
     assert np.allclose(own.rests, again.centers, atol=1e-6)

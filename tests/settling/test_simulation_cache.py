@@ -226,7 +226,7 @@ def test_a_record_says_what_its_runs_took_and_made_them(files):
         assert np.array_equal(mug.centers(radius), drops.rests) and drops.provenance["seed"] == 0
     assert LoadOptions().to_dict() == {"up": "z", "units": "m"} == LoadOptions(up="z").to_dict()
     assert DropConfig(simulator="fast", radii=[0.01]).settings(0.01) == {
-        name: value for name, value in vars(drop_settings(make_simulator("fast"), 0.01)).items() if value is not None
+        name: value for name, value in vars(drop_settings(make_simulator("fast"), 0.01)).items() if value
     }
     askew = trimesh.transformations.rotation_matrix(np.radians(25), [0, 1, 0])
     slab_on_posts(1.2, 0.8, 0.74).apply_transform(askew).export(files[0].with_name("askew.stl"))

@@ -69,8 +69,11 @@ def test_the_page_s_backend_keeps_the_contract(sticky):
 @pytest.mark.slow
 def test_a_backend_that_breaks_the_contract_is_told(sticky):
     source = sticky / "spherefunc_sticky.py"
-    source.write_text(source.read_text().replace("default_rng(seed)", "default_rng()"))
+    right = source.read_text()
+    source.write_text(right.replace("settings, seed), None", "settings, time.time_ns()), None"))
     assert "FAILED" in suite("sticky", sticky, "-k", "same_seed and plate")
+    source.write_text(right.replace("source.draw(1)[0]", "source.generator.uniform(low[:2], high[:2])"))
+    assert "FAILED" in suite("sticky", sticky, "-k", "spread_evenly")
 
 
 def test_a_backend_asked_for_by_name_is_not_skipped_when_it_is_missing(tmp_path):
