@@ -149,11 +149,12 @@ def shared_volume(one: KnownObject, other: KnownObject) -> float:
 
 
 def likeness(one: KnownObject, other: KnownObject) -> float:
-    """Return the similarity of the spreads of two objects' points, 0 to 1; 0 if their functions differ.
+    """Return the similarity of the spreads of two objects' points, 0 to 1; 0 if they have functions, but no common one.
 
-    Boxes are not suitable, since a strip of floor left at an object's foot makes them much longer.
+    Boxes are not suitable, since a strip of floor left at an object's foot makes them much longer. A function with a
+    score near its threshold may be lost in another place.
     """
-    if one.functions != other.functions:
+    if one.functions and other.functions and one.functions.isdisjoint(other.functions):
         return 0.0
     low, high = np.minimum(one.spread, other.spread), np.maximum(one.spread, other.spread)
     return float(np.min(low / np.maximum(high, CELL)))

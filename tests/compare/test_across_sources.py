@@ -11,7 +11,7 @@ import typer
 from catalogues import household
 from commands import ended, spherefunc
 
-from spherefunc_bullet.compare.evaluation.robustness import exam
+from spherefunc_bullet.compare.evaluation.robustness import exam, steadiness
 from spherefunc_bullet.compare.evaluation.robustness.across_sources import main
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.formats.files import write_bytes
@@ -109,3 +109,18 @@ def test_an_exam_goes_on_where_a_file_cannot_be_read_and_knows_its_labels(data, 
     (tmp_path / "manifest.csv").write_text(manifest.replace(",table,", ",shelf,"))
     refused = measured(exam.main, tmp_path, "--model", model)
     assert refused.returncode == 2 and "'shelf': expected some of cup, table" in refused.stderr
+
+
+@pytest.mark.slow
+def test_steadiness_compares_answers_about_an_object_turned_moved_and_with_other_spheres(data, model, tmp_path):
+    (tmp_path / "manifest.csv").write_text((data / "manifest.csv").read_text())
+    for path in data.glob("*.ply"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    damaged = next(data.glob("*.ply")).name
+    (tmp_path / damaged).write_bytes(b"ply\nformat")
+    said = measured(steadiness.main, tmp_path, "--model", model, "--times", "3")
+    assert said.returncode == 2 and said.stderr.count("\n") == 1 and damaged in said.stderr
+    report = json.loads(said.stdout)
+    assert report["objects"] == len(report["rows"]) == sum(LABELS.values()) - 1
+    assert report["changes"] == sum(len(row["answers"]) > 1 for row in report["rows"])
+    assert report["sure_change"] <= report["changes"] and 0 < report["deviation"] < 0.2
