@@ -1,6 +1,5 @@
 """Fusion: depth images over time as one map, whose objects keep their ids.
 
-`frames` reads depth images and poses, `grid` fuses them into a truncated signed distance and keeps a small view of
-each, `tracking` estimates missing poses and gives known objects their ids, and `scene_fusion` is the whole in one
-class.
+`frames` reads depth images and poses, `point_map` fuses them into points and keeps a small view of each image,
+`tracking` estimates missing poses and gives known objects their ids, and `scene_fusion` is the whole in one class.
 """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError, explaining, require_kind, require_known
+from spherefunc_bullet.errors import InputError, require_kind, require_known
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
@@ -23,14 +23,14 @@ from ..scans.gravity import up_vector
 from ..scans.scan import Scan, scan_from_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
-from .grid import DistanceGrid, FusionSettings, View, smoothed_depth, view_of
+from .point_map import FusionSettings, PointMap, View, smoothed_depth, view_of
 from .tracking import KnownObject, Tracker, motion
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
-_FARTHEST = 10_000.0  # metres from the origin, where Open3D's single precision still resolves a millimetre
+_VOXELS = 1_000_000  # from the origin to a camera, at most: voxels farther than that have no number
 _KEPT = 1000  # newest images of which a view is kept: 150 MB for 640 x 480 pixels
 _HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
@@ -87,7 +87,7 @@ class SceneFusion:
         self.model, self.up = inference_model(shipped, backend), up_vector(up)
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}
         self.fusion = fusion or FusionSettings()
-        self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()
+        self.map, self.tracker = PointMap(self.fusion), Tracker()
         self.views: deque[View] = deque(maxlen=_KEPT)  # of the newest images
         self.count = 0  # number of images,
         self.updated = 0  # and at the last update
@@ -118,16 +118,18 @@ class SceneFusion:
             If image, camera or pose cannot be used, or odometry is lost; the map is then unchanged.
         """
         watch = Stopwatch()
-        depth = checked_depth(depth, name)
+        depth = checked_depth(depth, self.fusion.farthest, name)
         camera = checked_camera(intrinsics, depth, name)
-        depth = smoothed_depth(np.where(depth < self.fusion.farthest, depth, np.nan), self.fusion.smoothing)
+        depth = smoothed_depth(depth, self.fusion.smoothing)
         watch.lap("smoothing")
-        T = self.tracked(depth, camera, name) if pose is None else checked_pose(pose, name)
+        T = (
+            self.tracked(depth, camera, name)
+            if pose is None
+            else checked_pose(pose, _VOXELS * self.fusion.voxel_size, name)
+        )
         watch.lap("odometry")
         view = view_of(depth, camera, T)
-        expected = f"{name}: expected surfaces within {self.fusion.farthest:g} m, found none; is it in metres?"
-        with explaining(expected, RuntimeError):  # as Open3D says that no block of the map is touched
-            self.grid.add(depth, view)
+        self.map.add(depth, view)
         self.views.append(view)
         self.count += 1
         self._last = depth, T
@@ -158,10 +160,9 @@ class SceneFusion:
         watch = Stopwatch()
         new = list(self.views)[max(len(self.views) + self.updated - self.count, 0) :]
         for gone in self.tracker.missing(new):
-            self.grid.forget(gone.points, new)
-        points = self.grid.points()
-        watch.lap("extraction")
-        scan = scan_from_points(points, "fused")
+            self.map.forget(gone.points, new)
+        watch.lap("forgetting")
+        scan = scan_from_points(self.map.points, "fused")
         room = recognised_upright(scan, self)
         clouds = [room.levelling.to_scan(item.points) for item in room.objects]
         watch.lap("recognition")
@@ -224,17 +225,17 @@ def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarra
     return T
 
 
-def checked_depth(depth: ArrayLike, name: str) -> np.ndarray:
-    """Return a depth image (H, W) float64, metres, NaN where nothing was measured."""
-    depth = require_depth(depth, name)
-    depth = np.where(np.isfinite(depth) & (depth > 0), depth, np.nan).astype(np.float64)
+def checked_depth(depth: ArrayLike, farthest: float, name: str) -> np.ndarray:
+    """Return a depth image (H, W) float64, metres, NaN where nothing was measured within the farthest depth."""
+    depth = require_depth(depth, name).astype(np.float64)
+    depth = np.where((depth > 0) & (depth < farthest), depth, np.nan)
     if not np.isfinite(depth).any():
-        raise InputError(f"{name}: expected depth in metres, got an image without any")
+        raise InputError(f"{name}: expected surfaces within {farthest:g} m, found none; is it in metres?")
     return depth
 
 
-def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:
-    """Return a pose T_world_camera (4, 4) float64."""
+def checked_pose(pose: ArrayLike, farthest: float, name: str) -> np.ndarray:
+    """Return a pose T_world_camera (4, 4) float64 of a camera at most so many metres from the origin."""
     T = matrix_of(pose, (4, 4), f"{name}: expected a pose (4, 4)")
     if not np.isfinite(T).all():
         raise InputError(f"{name}: expected a pose of finite numbers, got NaN or infinity; was tracking lost there?")
@@ -242,7 +243,7 @@ def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:
         raise InputError(f"{name}: expected a rotation and a translation as pose, got other axes")
     if np.abs(T[3] - [0, 0, 0, 1]).max() > _ORTHONORMAL:
         raise InputError(f"{name}: expected 0 0 0 1 as the last row of a pose, got {T[3]}; is it transposed?")
-    if (far := np.abs(T[:3, 3]).max()) > _FARTHEST:
+    if (far := np.abs(T[:3, 3]).max()) > farthest:
         came = f"got {far / 1000:.0f} km; subtract the same offset from all poses"
-        raise InputError(f"{name}: expected a camera within {_FARTHEST / 1000:.0f} km of the origin, {came}")
+        raise InputError(f"{name}: expected a camera within {farthest / 1000:.0f} km of the origin, {came}")
     return T

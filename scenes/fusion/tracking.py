@@ -13,14 +13,15 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import InputError
 
 from ..recognition.room import SceneObject
+from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics
-from .grid import FREE, PRESENT, View
+from .point_map import FREE, PRESENT, View
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 SHARED = 0.04  # metres around an object's points that count as its volume
-CELL = 0.02  # metres: one point in each cell of this side is compared
+CELL = 0.02  # metres: one point in each cell of this side is compared, the mean
 SAME = 0.3  # of the volume of two objects that they share at least, if they are one
 SIMILAR = 0.4  # by which the spread of an object that has moved may differ, since other parts of it are hidden
 JUDGED = 0.2  # of an object's points that a view must show present or free, to count
@@ -93,7 +94,7 @@ class Tracker:
             All of the map, and those since the last update.
         """
         pairs = zip(objects, points, strict=True)
-        found = [KnownObject(id=-1, points=thinned(cloud), functions=item.members) for item, cloud in pairs]
+        found = [KnownObject(id=-1, points=cells(cloud, CELL).means, functions=item.members) for item, cloud in pairs]
         staying = [place for place, one in enumerate(self.known) if not one.gone]
         shared = table(found, self.known, staying, shared_volume)
         matches = {i: staying[k] for i, k in assigned(shared, SAME)}
@@ -114,11 +115,6 @@ class Tracker:
         seen = old.seen + times_seen(found.points, new)
         self.known[place] = replace(found, id=old.id, seen=seen, moved=moved)
         return old.id
-
-
-def thinned(points: np.ndarray) -> np.ndarray:
-    """Return one of the points (N, 3) in each cell."""
-    return points[np.unique(np.floor(points / CELL).astype(np.int64), axis=0, return_index=True)[1]]
 
 
 def is_free(points: np.ndarray, views: Sequence[View]) -> bool:

@@ -16,13 +16,13 @@ from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.fusion.frames import open_frames
-from spherefunc_bullet.scenes.fusion.grid import (
+from spherefunc_bullet.scenes.fusion.point_map import (
     FREE,
     HIDDEN,
     PRESENT,
     UNKNOWN,
-    DistanceGrid,
     FusionSettings,
+    PointMap,
     smoothed_depth,
     view_of,
 )
@@ -82,12 +82,32 @@ def folder(images, tmp_path):
 @pytest.mark.parametrize("noise, most", [(0.0, 0.002), (1.0, 0.004)])  # a fifth of a voxel; two deviations at 1 m
 def test_the_map_lies_on_the_surfaces(noise, most):
     solids = (TABLE, shift(CRATE, x=1.3))
-    grid = DistanceGrid(FusionSettings())
+    room = PointMap(FusionSettings())
     for depth, pose in images_of(*solids, noise=noise):
         depth = smoothed_depth(depth, 9 if noise else 1)
-        grid.add(depth, view_of(depth, CAMERA, pose))
-    distance = surfaces_of(FLOOR, *solids).clearance(grid.points())
+        room.add(depth, view_of(depth, CAMERA, pose))
+    distance = surfaces_of(FLOOR, *solids).clearance(room.points)
     assert len(distance) > 10_000 and np.median(distance) < most
+
+
+def test_a_wall_thinner_than_a_voxel_is_kept_from_both_sides():
+    plate, room = shift(box(0.5, 0.003, 0.5), z=0.5), PointMap(FusionSettings())
+    for y in (-1.0, 1.0):
+        pose = look_at([0, y, 0.75], [0, 0, 0.75])
+        depth = photograph(surfaces_of(plate), pose, KINECT.noisy(0.0), np.random.default_rng(0)).depth
+        room.add(depth, view_of(depth, CAMERA, pose))
+    inside = room.points[np.abs(room.points[:, [0, 2]] - [0, 0.75]).max(axis=1) < 0.2]
+    columns = np.unique(np.floor((inside[:, [0, 2]] - [0, 0.75]) / 0.02), axis=0)
+    assert len(columns) == 20 * 20 and np.abs(inside[:, 1]).max() < 0.005
+
+
+def test_what_more_images_look_through_than_show_is_forgotten():
+    near, far, room = np.full((240, 320), 1.0), np.full((240, 320), 2.0), PointMap(FusionSettings())
+    shown = []
+    for depth in (near, near, far, far, far):
+        room.add(depth, view_of(depth, CAMERA, np.eye(4)))
+        shown.append(bool((room.points[:, 2] < 1.5).any()))
+    assert shown == [True, True, True, True, False] and len(room.points) > 1000
 
 
 def test_a_view_knows_what_is_free_present_and_hidden():
@@ -267,5 +287,5 @@ def test_masked_depth_is_unseen(images):
     depth, pose = images[0]
     masked = np.ma.masked_array(np.nan_to_num(depth, nan=0.5), np.isnan(depth))
     plain, other = sf.SceneFusion().add(depth, CAMERA, pose), sf.SceneFusion().add(masked, CAMERA, pose)
-    known, same = (np.unique(fusion.grid.points(), axis=0) for fusion in (plain, other))
+    known, same = (np.unique(fusion.map.points, axis=0) for fusion in (plain, other))
     assert np.array_equal(known, same)

@@ -1,0 +1,181 @@
+"""Objects of virtual rooms in maps fused from depth images, beside the same images' points put together.
+
+``python -m spherefunc_bullet.compare.rooms.fused_frames ../shared/data/models`` furnishes rooms, which a virtual Kinect
+sees from known poses. F-measures are of functions, from images to labels, over the objects that the images show well
+enough (as `spherefunc rooms` counts them). Then an object that was found and carries nothing is taken out of each room,
+and as many images as before are taken again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from spherefunc_bullet.commands import options
+from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, show
+from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+from spherefunc_bullet.scenes.fusion.scene_fusion import FusedObject, SceneFusion
+from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
+from spherefunc_bullet.scenes.scans.depth_image import Intrinsics
+from spherefunc_bullet.scenes.scans.scan import Scan
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
+from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT, DepthImage, Kinect, Surfaces, photograph
+from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
+from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, viewpoints
+
+from .matching import MatchCounts, function_counts, match_parts, rounded
+
+COUNTS = (1, 3, 6, 12)  # depth images
+FUSED, TOGETHER = "fused", "put together"
+SPARE = 8  # poses, in place of those from which a camera sees too little
+LEAST_SEEN = 0.5  # of a coarse image's pixels
+REMOVED_AFTER = 6  # images, and as many of the room without the object
+CAMERA = Intrinsics(
+    width=KINECT.width,
+    height=KINECT.height,
+    fx=KINECT.focal_length,
+    fy=KINECT.focal_length,
+    cx=(KINECT.width - 1) / 2,
+    cy=(KINECT.height - 1) / 2,
+)
+
+FunctionCounts = dict[tuple[int, str, str], MatchCounts]  # by number of images, way and function
+
+
+class FusedRoom:
+    """One room with its camera poses; what is counted adds up over rooms."""
+
+    def __init__(self, room: VirtualRoom, model: CloudClassifier, noise: float, seed: int):
+        number = int(room.name.rpartition("_")[2])
+        self.room, self.model, self.kinect = room, model, KINECT.noisy(noise)
+        self.surfaces, self.rng = Surfaces(room.meshes()), np.random.default_rng([seed, number, 1])
+        tried = viewpoints(room, self.surfaces, max(COUNTS) + SPARE, self.kinect, np.random.default_rng([seed, number]))
+        poses = [pose for pose in tried if sees(self.surfaces, pose)][: max(COUNTS)]
+        # In such an order that the first few are from all sides.
+        self.poses = [pose for start in range(4) for pose in poses[start::4]]
+
+    def photographed(self, surfaces: Surfaces, pose: np.ndarray) -> DepthImage:
+        """Return an image of surfaces from a pose."""
+        return photograph(surfaces, pose, self.kinect, self.rng)
+
+    def count(self, functions: FunctionCounts, ids: Counter):
+        """Add the counts of functions and ids after some numbers of images."""
+        fusion, images, before = SceneFusion(self.model), [], {}
+        for pose in self.poses:
+            images.append(self.photographed(self.surfaces, pose))
+            fusion.add(images[-1].depth, CAMERA, pose)
+            if len(images) in COUNTS:
+                scan, objects = seen_in(self.room, images), fusion.objects()
+                seen, truth = scan.seen().tolist(), owners(self.surfaces, fusion.scan.points)
+                self.add(functions, len(images), FUSED, truth, fusion.room, seen)
+                together = recognise(Scan(name=self.room.name, points=scan.points), self.model)
+                self.add(functions, len(images), TOGETHER, scan.labels, together, seen)
+                now = ids_of(truth, fusion.room, objects, seen)
+                again = before.keys() & now.keys()
+                ids["again"] += len(again)
+                ids["kept"] += sum(before[true] == now[true] for true in again)
+                before = now
+
+    def add(self, functions: FunctionCounts, images: int, way: str, truth: np.ndarray, found: Room, seen: list[int]):
+        """Add the counts of each function in a recognised room, with the true object of each point (N,)."""
+        labels = {number: self.room.objects[number].item.functions for number in seen}
+        given = {item.id: item.members for item in found.objects}
+        matches = match_parts(truth, found.labels, seen)
+        for name in self.model.functions_:
+            key = images, way, name
+            functions[key] = functions.get(key, MatchCounts()) + function_counts(matches, given, labels, name)
+
+    def count_removal(self, ids: Counter):
+        """Take out an object that was found and carries nothing, and add what is said to be gone."""
+        fusion = SceneFusion(self.model)
+        for pose in self.poses[:REMOVED_AFTER]:
+            fusion.add(self.photographed(self.surfaces, pose).depth, CAMERA, pose)
+        objects = fusion.objects()
+        truth = owners(self.surfaces, fusion.scan.points)
+        found = ids_of(truth, fusion.room, objects, range(len(self.room.objects)))
+        carriers = {placed.support for placed in self.room.objects}
+        free = sorted(true for true in found if true not in carriers)
+        if not free:
+            return
+        removed = free[int(self.rng.integers(len(free)))]
+        rest = Surfaces((label, mesh) for label, mesh in self.room.meshes() if label != removed)
+        for pose in self.poses[:REMOVED_AFTER]:
+            fusion.add(self.photographed(rest, pose).depth, CAMERA, pose)
+        gone = {known.id for known in fusion.tracker.missing(list(fusion.views)[REMOVED_AFTER:])}
+        ids["removed"] += 1
+        ids["noticed"] += found.pop(removed) in gone
+        ids["stayed"] += len(found)
+        ids["lost"] += sum(number in gone for number in found.values())
+
+
+def sees(surfaces: Surfaces, pose: np.ndarray) -> bool:
+    """Return whether a camera in a pose has depth in enough of its image; right before a wardrobe it has none."""
+    coarse = Kinect(width=64, height=48)
+    return np.isfinite(photograph(surfaces, pose, coarse, np.random.default_rng(0)).depth).mean() >= LEAST_SEEN
+
+
+def owners(surfaces: Surfaces, points: np.ndarray) -> np.ndarray:
+    """Return the label of the surface nearest to each point (N, 3), (N,) int32."""
+    nearest = surfaces.raycaster.compute_closest_points(points.astype(np.float32))
+    return surfaces.labels[nearest["geometry_ids"].numpy()]
+
+
+def seen_in(room: VirtualRoom, images: list[DepthImage]) -> VirtualScan:
+    """Return what images show, as points with their owners."""
+    points, labels = (np.concatenate(parts) for parts in zip(*(image.points() for image in images), strict=True))
+    return VirtualScan(room, points, labels)
+
+
+def ids_of(truth: np.ndarray, found: Room, objects: list[FusedObject], seen: Iterable[int]) -> dict[int, int]:
+    """Return the id of each true object that is found."""
+    matches = match_parts(truth, found.labels, seen)
+    return {true: objects[label].id for label, true in matches.items() if true is not None}
+
+
+def report(functions: FunctionCounts, ids: Counter, names: tuple[str, ...], about: dict[str, object], json: bool):
+    """Print what was counted."""
+    rows = [
+        {"images": images, "way": way} | {name: rounded(functions[images, way, name].f_measure) for name in names}
+        for images in COUNTS
+        for way in (FUSED, TOGETHER)
+    ]
+    if json:
+        print_json(about | {"f_measure": rows, "ids": dict(ids)})
+        return
+    cells = [[str(row["images"]), row["way"], *(f"{row[name] or 0:.2f}" for name in names)] for row in rows]
+    print_table(f"{about['rooms']} rooms: F of functions, from depth images to labels", ["images", "", *names], cells)
+    show(f"{ids['kept']} of {ids['again']} objects that were found in two updates in a row kept their id")
+    show(
+        f"gone: {ids['noticed']} of {ids['removed']} that were taken out, {ids['lost']} of {ids['stayed']} that stayed"
+    )
+
+
+def main(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder with manifest.csv, or a catalogue.")],
+    rooms: Annotated[int, typer.Option(min=1, help="Number of rooms.")] = 8,
+    noise: Annotated[float, typer.Option(help="Noise of the images, as a multiple of a Kinect's.")] = 1.0,
+    seed: options.Seed = 0,
+    model: Annotated[Path | None, typer.Option(help="A model file; by default the one for scans that ships.")] = None,
+    json: options.Json = False,
+):
+    """Measure objects of virtual rooms in maps of 1, 3, 6 and 12 depth images."""
+    classifier = inference_model(model or shipped_model("fast", scans=True), None)
+    functions, ids, failures = {}, Counter(), Failures()
+    furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
+    for room in progress(furnished, rooms, "fusing rooms"):
+        fused = FusedRoom(room, classifier, noise, seed)
+        fused.count(functions, ids)
+        fused.count_removal(ids)
+    report(functions, ids, classifier.functions_, {"data": data, "rooms": rooms, "noise": noise, "seed": seed}, json)
+    failures.exit()
+
+
+if __name__ == "__main__":
+    run(lambda: typer.run(main))

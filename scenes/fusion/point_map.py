@@ -1,0 +1,147 @@
+"""Depth images as points in voxels, and a small view of each image that tells what is free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import CheckedSettings, amount
+
+from ..scans.cells import cells
+from ..scans.depth_image import Intrinsics
+
+POOL = 4  # pixels along the side of a window; narrower gaps are no evidence
+LEAST_FILLED = 0.5  # of a window's pixels that have a depth
+MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
+MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
+UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """A depth image in windows of a few pixels, with its camera."""
+
+    nearest: np.ndarray  # (h, w) float32, least depth of each window, metres; NaN where too few pixels have depth
+    farthest: np.ndarray  # (h, w) float32, likewise the largest depth
+    intrinsics: Intrinsics
+    T_world_camera: np.ndarray  # (4, 4)
+
+    def verdicts(self, points: np.ndarray) -> np.ndarray:
+        """Return UNKNOWN, HIDDEN, PRESENT or FREE for each point (N, 3) of the world, (N,) int8."""
+        row, column, depth = self.pixels(points)
+        inside = row >= 0
+        row, column = np.where(inside, row, 0), np.where(inside, column, 0)
+        nearest, farthest = self.nearest[row, column], self.farthest[row, column]
+        margin = MARGIN + MARGIN_GROWTH * depth**2
+        out = np.full(len(points), UNKNOWN, np.int8)
+        known = inside & np.isfinite(nearest)
+        out[known & (depth > farthest + margin)] = HIDDEN
+        out[known & (depth <= farthest + margin) & (depth >= nearest - margin)] = PRESENT
+        out[known & (depth < nearest - margin)] = FREE
+        return out
+
+    def pixels(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return row and column of the window of each point (N, 3), -1 outside the image, and the point's depth."""
+        R, t = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
+        x, y, depth = ((points - t) @ R).T
+        ahead = depth > 0.05
+        scale = np.divide(1.0, depth, out=np.zeros_like(depth), where=ahead)
+        camera = self.intrinsics
+        column = np.floor((x * scale * camera.fx + camera.cx + 0.5) / POOL)
+        row = np.floor((y * scale * camera.fy + camera.cy + 0.5) / POOL)
+        height, width = self.nearest.shape
+        inside = ahead & (row >= 0) & (column >= 0) & (row < height) & (column < width)
+        return np.where(inside, row, -1).astype(int), np.where(inside, column, -1).astype(int), depth
+
+
+def view_of(depth: np.ndarray, intrinsics: Intrinsics, T_world_camera: np.ndarray) -> View:
+    """Return the view of a depth image (H, W) in metres, NaN where nothing was measured."""
+    height, width = (side // POOL for side in depth.shape)
+    windows = depth[: height * POOL, : width * POOL].reshape(height, POOL, width, POOL)
+    seen = np.isfinite(windows)
+    filled = seen.mean(axis=(1, 3)) >= LEAST_FILLED
+    nearest = np.where(seen, windows, np.inf).min(axis=(1, 3))
+    farthest = np.where(seen, windows, -np.inf).max(axis=(1, 3))
+    return View(
+        nearest=np.where(filled, nearest, np.nan).astype(np.float32),
+        farthest=np.where(filled, farthest, np.nan).astype(np.float32),
+        intrinsics=intrinsics,
+        T_world_camera=T_world_camera,
+    )
+
+
+NEARNESS_NOISE = 0.0019  # 1/m, deviation of a Kinect's inverse depth, the same at every depth (Nguyen et al. 2012)
+AROUND = 0.04  # metres around an object's points that are forgotten with it
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionSettings(CheckedSettings):
+    """How depth images are fused."""
+
+    voxel_size: float = amount(0.01, least=0.002, most=0.1)  # metres
+    farthest: float = amount(5.0, least=1, finite=False)  # metres: larger depth is left out
+    # Pixels across which each depth image is smoothed within its noise; 1: no smoothing.
+    smoothing: int = amount(9, least=1)
+
+
+class PointMap:
+    """The map: in each voxel the mean of the points seen there, until more images see it free than see a surface.
+
+    A truncated signed distance (Curless and Levoy 1996) loses walls thinner than the voxels that hold it on both sides,
+    as those of cups: each side is seen as free space behind the other.
+    """
+
+    def __init__(self, settings: FusionSettings):
+        self.settings = settings
+        self.points = np.zeros((0, 3))  # (N, 3) float64, metres, in the world's frame: the mean in each voxel
+        self.weights = np.zeros(0)  # (N,) float64, sum of the weights of the points seen there
+        self.present = np.zeros(0)  # (N,) float64, images that show a surface there,
+        self.free = np.zeros(0)  # and that look through it
+
+    def add(self, depth: np.ndarray, view: View):
+        """Add a depth image (H, W) float, metres, NaN where nothing was measured."""
+        self.free += view.verdicts(self.points) == FREE
+        self.keep(self.free <= self.present)
+        camera = (depth[..., None] * view.intrinsics.rays())[np.isfinite(depth)]
+        seen = np.vstack([self.points, camera @ view.T_world_camera[:3, :3].T + view.T_world_camera[:3, 3]])
+        weights = np.concatenate([self.weights, camera[:, 2] ** -4.0])  # noise of depth grows with its square
+        voxels, known = cells(seen, self.settings.voxel_size), len(self.points)
+        count = len(voxels.keys)
+        sums = [np.bincount(voxels.cell_of, weights * along, count) for along in seen.T]
+        self.weights = np.bincount(voxels.cell_of, weights, count)
+        self.points = np.column_stack(sums) / self.weights[:, None]
+        before, now = voxels.cell_of[:known], voxels.cell_of[known:]
+        self.present = np.bincount(before, self.present, count) + (np.bincount(now, minlength=count) > 0)
+        self.free = np.bincount(before, self.free, count)
+
+    def forget(self, points: np.ndarray, views: Sequence[View]):
+        """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""
+        from scipy.spatial import cKDTree
+
+        gone = np.isfinite(cKDTree(points).query(self.points, distance_upper_bound=AROUND)[0])
+        there = [view.verdicts(self.points[gone]) == PRESENT for view in views]
+        gone[gone] = ~np.any(there, axis=0)
+        self.keep(~gone)
+
+    def keep(self, chosen: np.ndarray):
+        """Keep some voxels (N,) bool, and forget the others."""
+        kept = (each[chosen] for each in (self.points, self.weights, self.present, self.free))
+        self.points, self.weights, self.present, self.free = kept
+
+
+def smoothed_depth(depth: np.ndarray, size: int) -> np.ndarray:
+    """Return a depth image (H, W), metres, smoothed within its noise by a bilateral filter (Newcombe et al. 2011).
+
+    Inverse depth is smoothed, whose noise is the same at every depth; NaN and edges are kept.
+    """
+    import open3d as o3d
+
+    if size <= 1:
+        return depth
+    seen = np.isfinite(depth)
+    nearness = np.divide(1.0, depth, out=np.zeros(depth.shape, np.float32), where=seen, casting="unsafe")
+    image = o3d.t.geometry.Image(o3d.core.Tensor(nearness[..., None].copy()))
+    even = image.filter_bilateral(size, NEARNESS_NOISE, size / 2).as_tensor().numpy()[..., 0]
+    return np.divide(1.0, even, out=np.full(depth.shape, np.nan), where=seen & (even > 0))
