@@ -24,7 +24,7 @@ from .learning.resting_profile import RestingProfile as RestingProfile
 from .places.place import Place as Place
 from .scenes.arrangements.placing import Placement as Placement
 from .scenes.arrangements.together import together as together
-from .scenes.fusion.grid import FusionSettings as FusionSettings
+from .scenes.fusion.point_map import FusionSettings as FusionSettings
 from .scenes.fusion.scene_fusion import FusedObject as FusedObject
 from .scenes.fusion.scene_fusion import SceneFusion as SceneFusion
 from .scenes.recognition.objects import FoundObject as FoundObject

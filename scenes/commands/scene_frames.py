@@ -66,7 +66,7 @@ def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, o
 def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) -> list[FusedObject]:
     """Add the images of a folder one by one, recognise after every so many, and return the objects at the end.
 
-    An image that cannot be used is reported and left out; lost odometry is an error.
+    An image that cannot be used is reported and left out; so are all images from that on at which odometry is lost.
     """
     from ..fusion.tracking import OdometryLost
 
@@ -75,8 +75,9 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
             depth = frame.depth()
             pose = frame.T_world_camera() if source.posed else None
             fusion.add(depth, source.camera_of(depth), pose, one_line(frame.path.name))
-        except OdometryLost:
-            raise
+        except OdometryLost as error:
+            failures.add(error)
+            break
         except InputError as error:
             failures.add(error)
         if every and count % every == 0 and count < len(source.frames) and fusion.views:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from collections import deque
 
 import numpy as np
@@ -143,6 +144,16 @@ def test_what_moved_keeps_its_id_and_what_is_taken_away_is_gone():
     assert [known.id for known in fusion.gone] == [crate.id]
 
 
+def test_a_pickled_fusion_goes_on_where_it_was(images):
+    fusion = fused(images[:1])
+    fusion.objects()
+    other = pickle.loads(pickle.dumps(fusion))
+    answers = [
+        [(item.id, item.scores, item.seen) for item in fused(images[1:2], each).objects()] for each in (fusion, other)
+    ]
+    assert answers[0] == answers[1] != []
+
+
 def test_odometry_tells_the_motion_of_a_camera_or_fails():
     surfaces, rng = surfaces_of(FLOOR, TABLE, shift(CRATE, x=1.3)), np.random.default_rng(0)
     poses = [look_at(eye, [0.3, 0, 0.3]) for eye in ([2.0, -1.6, 1.5], [1.94, -1.66, 1.5], [-2.0, 1.6, 1.5])]
@@ -151,6 +162,18 @@ def test_odometry_tells_the_motion_of_a_camera_or_fails():
     assert np.linalg.norm((motion(depths[1], depths[0], CAMERA, "b") - true)[:3, 3]) < 0.02  # of 8 cm
     with pytest.raises(OdometryLost):
         motion(depths[2], depths[0], CAMERA, "c")
+
+
+def test_lost_odometry_costs_no_image_before_it(folder):
+    for path in folder.glob("*.pose.txt"):
+        path.unlink()
+    (folder / "frame-000001.depth.png").write_bytes((folder / "frame-000000.depth.png").read_bytes())
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json"])
+    assert result.exit_code == 2
+    assert sum("odometry is lost" in line for line in result.stderr.splitlines()) == 1
+    answer = json.loads(result.stdout)
+    assert answer["frames"] == {"fused": 2, "left_out": 1} and answer["poses"] == "odometry"
+    assert any(item["functions"]["table"]["member"] for item in answer["objects"])
 
 
 def test_tum_and_redwood_give_the_same_poses(images, tmp_path):
