@@ -89,8 +89,8 @@ class FusionSettings(CheckedSettings):
 class PointMap:
     """The map: in each voxel the mean of the points seen there, until more images see it free than see a surface.
 
-    A truncated signed distance (Curless and Levoy 1996) loses walls thinner than the voxels that hold it on both sides,
-    as those of cups: each side is seen as free space behind the other.
+    A truncated signed distance (Curless and Levoy 1996) makes walls thick that are thinner than its band and seen from
+    both sides, as those of cups: the mean of both images pushes the two surfaces apart, a plate of 3 mm to 6 cm.
     """
 
     def __init__(self, settings: FusionSettings):
