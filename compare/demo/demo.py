@@ -28,6 +28,7 @@ from spherefunc_bullet.learning.model_file import model_for_views
 from spherefunc_bullet.settling.cached_runs import DropConfig, LoadOptions
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.viewer.mechanics_pictures import write_picture
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, CameraView, fitting_radius, object_picture
 
 from ..comparison.comparison import compare_entries
@@ -43,7 +44,7 @@ from ..evaluation.readings import spheres_profiled
 from ..evaluation.tables import Result, evaluate_features, print_results, results_of
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
-from .gallery import write_gallery, write_png
+from .gallery import write_gallery
 from .laid_table import draw_laid_table
 from .page import ClassifiedObject, Summary, page
 
@@ -103,7 +104,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
         laid = draw_laid_table("fast")
-        write_png(laid, out / "pictures" / "laid_table.png")
+        write_picture(laid, out / "pictures" / "laid_table.png")
         gallery = write_gallery(out / "pictures", backend)
     write_text(out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(
@@ -160,7 +161,7 @@ def drawn_objects(
         radius = fitting_radius(DRAWN, cloud.size, SPHERES_ACROSS)
         centers = settle(cloud, model.simulator, [radius], 0)[radius].rests
         picture = object_picture(cloud, centers, radius, CameraView(size=SIZE))
-        write_png(picture, folder / f"{item.path.stem}.png")
+        write_picture(picture, folder / f"{item.path.stem}.png")
         functions = row["functions"].items()
         yield ClassifiedObject(
             name=item.path.stem.replace("_", " "),

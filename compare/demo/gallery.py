@@ -19,14 +19,11 @@ from trimesh import Trimesh
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
-from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
-from spherefunc_bullet.viewer.mechanics_pictures import GREY, INK, PAPER
+from spherefunc_bullet.viewer.mechanics_pictures import CAPTION_HEIGHT, INK, PAPER, captioned, in_rows, write_picture
 from spherefunc_bullet.viewer.pictures import CUT_COLOUR, CameraView, object_picture
-
-from ..pages.html import png_bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +47,7 @@ EXHIBITS = {
     "sofa": GalleryPicture(title="Sofa", name="sofa_02", radius=parse_length("2cm"), view=CameraView()),
 }
 SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
+COLUMNS, SCALE = 3, 0.75  # of pictures that stand together
 
 
 def draw_exhibits(names: Iterable[str], simulator: Simulator, caption: str = "") -> dict[str, Image.Image]:
@@ -79,8 +77,8 @@ def write_gallery(out: Path, backend: str) -> list[Path]:
         If there is no such backend, or the folder cannot be written.
     """
     images = draw_exhibits(EXHIBITS, make_simulator(backend))
-    images["settling"] = tiled([*images.values(), colour_key(CameraView().size)], columns=3, width=480)
-    return [write_png(image, out / f"{name}.png") for name, image in images.items()]
+    images["settling"] = tiled([*images.values(), colour_key(CameraView().size)])
+    return [write_picture(image, out / f"{name}.png") for name, image in images.items()]
 
 
 def write_side_by_side(out: Path, backends: Sequence[str]) -> Path:
@@ -94,12 +92,7 @@ def write_side_by_side(out: Path, backends: Sequence[str]) -> Path:
     simulators = [make_simulator(name) for name in backends]
     rows = [draw_exhibits(SIDE_BY_SIDE, *pair) for pair in zip(simulators, backends, strict=True)]
     images = [image for row in rows for image in row.values()]
-    return write_png(tiled(images, columns=len(SIDE_BY_SIDE), width=480), out / "backends.png")
-
-
-def write_png(image: Image.Image, path: Path) -> Path:
-    """Write an image as a small PNG, and return its path."""
-    return write_bytes(path, png_bytes(image))
+    return write_picture(tiled(images), out / "backends.png")
 
 
 def main(
@@ -113,21 +106,10 @@ def main(
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
-    """Return an image with a title and a line below it."""
-    width, height = image.size
-    large, small = (ImageFont.load_default(height // lines) for lines in (20, 26))  # Pillow's own: on every machine
-    canvas = ImageOps.expand(image, (0, 0, 0, height // 7), PAPER)
-    pen = ImageDraw.Draw(canvas)
-    pen.text((width / 2, height + height * 0.02), title, INK, large, anchor="mm")
-    pen.text((width / 2, height + height * 0.08), detail, GREY, small, anchor="mm")
-    return canvas
-
-
 def colour_key(size: tuple[int, int]) -> Image.Image:
     """Return an image with the meaning of the colours, as large as a captioned picture of ``size`` pixels."""
     width, height = size
-    canvas = Image.new("RGB", (width, height + height // 7), PAPER)
+    canvas = Image.new("RGB", (width, height + CAPTION_HEIGHT), PAPER)
     pen = ImageDraw.Draw(canvas)
     left, top, bar = int(width * 0.28), int(height * 0.2), (int(width * 0.08), int(height * 0.5))
     ramp = sphere_colours(np.linspace(1, 0, bar[1]))[:, None].repeat(bar[0], axis=1)
@@ -141,15 +123,9 @@ def colour_key(size: tuple[int, int]) -> Image.Image:
     return canvas
 
 
-def tiled(images: Sequence[Image.Image], columns: int, width: int) -> Image.Image:
-    """Return images of one size in rows, each ``width`` pixels wide."""
-    height = round(images[0].height * width / images[0].width)
-    rows = -(-len(images) // columns)
-    canvas = Image.new("RGB", (columns * width, rows * height), PAPER)
-    for index, image in enumerate(images):
-        small = image.resize((width, height), Image.Resampling.LANCZOS)
-        canvas.paste(small, (index % columns * width, index // columns * height))
-    return canvas
+def tiled(images: Sequence[Image.Image]) -> Image.Image:
+    """Return images of one size in rows, smaller."""
+    return ImageOps.scale(in_rows(images, COLUMNS), SCALE, Image.Resampling.LANCZOS)
 
 
 if __name__ == "__main__":

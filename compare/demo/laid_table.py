@@ -24,9 +24,10 @@ from spherefunc_bullet.scenes.impairment.use.cups import full
 from spherefunc_bullet.scenes.impairment.use.placing import LoadedLevel, small_object
 from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.viewer.mechanics_pictures import captioned, write_picture
 from spherefunc_bullet.viewer.pictures import CameraView, object_picture
 
-from .gallery import captioned, tiled, write_png
+from .gallery import tiled
 
 SEED, NAME = 7, "dining_table_03"  # of a catalogue that no model has learnt
 STEPS = (0, 1, 2, 4, 8)  # objects on the table
@@ -62,7 +63,7 @@ def draw_laid_table(backend: str) -> Image.Image:
         name, unsure = "table" if "table" in answer.functions else "no table", " (unsure)" * answer.unsure
         words = f"{title}: {name}, {answer.scores['table']:.2f}{unsure}"
         steps.append(captioned(object_picture(cloud, rests, DRAWN, CameraView()), words, ""))
-    return tiled(steps, columns=3, width=480)
+    return tiled(steps)
 
 
 def main(
@@ -70,7 +71,7 @@ def main(
     backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
 ):
     """Write the picture and print its path."""
-    path = write_png(draw_laid_table(backend), out / "laid_table.png")
+    path = write_picture(draw_laid_table(backend), out / "laid_table.png")
     say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 

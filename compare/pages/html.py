@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Callable
 from html import escape
 from typing import Any
@@ -12,9 +11,16 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from PIL.Image import Image
 
-from spherefunc_bullet.viewer.page import display_html, page_html, table_html, viewer_file, viewer_script, viewer_style
-
-COLOURS = 192  # of each PNG: it takes a third of the bytes without a visible difference
+from spherefunc_bullet.viewer.mechanics_pictures import png_of
+from spherefunc_bullet.viewer.page import (
+    display_html,
+    image_html,
+    page_html,
+    table_html,
+    viewer_file,
+    viewer_script,
+    viewer_style,
+)
 
 
 def report_page(title: str, body: str, *, displays: bool = False) -> str:
@@ -25,18 +31,9 @@ def report_page(title: str, body: str, *, displays: bool = False) -> str:
     return page_html(title, [body], style=f"{style}\n{viewer_style()}", script=viewer_script())
 
 
-def png_bytes(picture: Image) -> bytes:
-    """Return a picture as a small PNG."""
-    buffer = io.BytesIO()
-    picture.quantize(COLOURS).save(buffer, "png", optimize=True)
-    return buffer.getvalue()
-
-
 def image(picture: Image, alt: str) -> str:
     """Return a picture as an HTML element that carries its own bytes."""
-    data = base64.b64encode(png_bytes(picture)).decode()
-    size = f'width="{picture.width}" height="{picture.height}"'
-    return f'<img alt="{escape(alt)}" {size} src="data:image/png;base64,{data}">'
+    return image_html(alt, png_of(picture))
 
 
 def drawing(svg: str, alt: str) -> str:

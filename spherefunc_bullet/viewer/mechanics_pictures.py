@@ -56,8 +56,7 @@ def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
             tile(rotated_cloud(cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
             for number, answer in enumerate(answers[:MOST])
         ]
-        lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]
-        rows.append(titled(stacked(lines), f"{cloud.name}: how it can lie, and what it is for in each pose"))
+        rows.append(titled(in_rows(tiles, ABREAST), f"{cloud.name}: how it can lie, and what it is for in each pose"))
     return noted(stacked(rows), FRAMED)
 
 
@@ -101,6 +100,11 @@ def noted(image: Image.Image, note: str) -> Image.Image:
 def side_by_side(images: Sequence[Image.Image]) -> Image.Image:
     """Return images of equal height next to each other."""
     return Image.fromarray(np.hstack(images))
+
+
+def in_rows(images: Sequence[Image.Image], columns: int) -> Image.Image:
+    """Return images of equal size in rows."""
+    return stacked([side_by_side(images[first : first + columns]) for first in range(0, len(images), columns)])
 
 
 def stacked(images: Sequence[Image.Image]) -> Image.Image:

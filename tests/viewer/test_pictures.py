@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from spherefunc_bullet.compare.demo.gallery import captioned, tiled
 from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, look_at, span
 from spherefunc_bullet.viewer.colours import sphere_colours
+from spherefunc_bullet.viewer.mechanics_pictures import captioned, in_rows
 from spherefunc_bullet.viewer.pictures import (
     CUT_COLOUR,
     OBJECT_COLOUR,
@@ -124,7 +124,7 @@ def test_captions_and_tiles_have_the_size_asked_for():
     image = render(plate().vertices, plate().faces, np.empty((0, 3)), 0.01, FROM_ABOVE)
     framed = captioned(image, "Plate", "no spheres")
     assert framed.width == 120 and framed.height > 100
-    assert tiled([framed] * 4, columns=3, width=60).size == (180, 2 * round(framed.height / 2))
+    assert in_rows([framed] * 4, columns=3).size == (360, 2 * framed.height)
 
 
 def test_the_texts_of_boxes_at_one_place_stand_above_each_other():
