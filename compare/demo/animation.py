@@ -31,7 +31,7 @@ from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
 from spherefunc_bullet.viewer.mechanics_pictures import GREY, INK, PAPER
-from spherefunc_bullet.viewer.pictures import CameraView, drawn_box, render_coloured
+from spherefunc_bullet.viewer.pictures import CameraView, drawn_box, render
 
 SIZE = (300, 270)  # of each object's picture, pixels
 BARS = 100  # pixels below it
@@ -78,8 +78,7 @@ class AnimatedDrops:
         seen = (centers[:, 2] < high[2] - self.part.radius) & (early < AIRBORNE)
         colours = sphere_colours(self.centers[:, 2], FLAT * self.part.radius)[seen]
         mesh, view = self.cloud.mesh, CameraView(size=SIZE, cut=self.part.cut)
-        args = (mesh.vertices, mesh.faces, centers[seen], self.part.radius, colours, view)
-        return render_coloured(*args, shown=(low, high))
+        return render(mesh.vertices, mesh.faces, centers[seen], self.part.radius, view, colours, (low, high))
 
 
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:

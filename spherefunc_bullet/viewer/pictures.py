@@ -93,7 +93,13 @@ class Rays:
 
 
 def render(
-    vertices: np.ndarray, faces: np.ndarray | None, centers: np.ndarray, radius: float, view: CameraView | None = None
+    vertices: np.ndarray,
+    faces: np.ndarray | None,
+    centers: np.ndarray,
+    radius: float,
+    view: CameraView,
+    colours: np.ndarray | None = None,
+    shown: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Image:
     """Draw an object and the spheres that settled on it.
 
@@ -102,35 +108,14 @@ def render(
     vertices, faces : (N, 3) float, (M, 3) int
         The object, metres, z up. Without faces it is a cloud, and its points are drawn as little balls.
     centers : (S, 3) float
-        Settled spheres, metres; coloured by height.
+        Settled spheres, metres.
     radius : float
         Of the spheres, metres.
-    view : CameraView, optional
-    """
-    heights = np.asarray(centers, float).reshape(-1, 3)[:, 2]
-    colours = sphere_colours(heights, FLAT * radius) if len(heights) else np.empty((0, 3))
-    return render_coloured(vertices, faces, centers, radius, colours, view or CameraView())
-
-
-def render_balls(cloud: Cloud, centers: np.ndarray, radius: float, colours: np.ndarray, view: CameraView) -> Image:
-    """Draw an object and balls on it, each of its own colour (S, 3)."""
-    vertices, faces = (cloud.points, None) if cloud.mesh is None else (cloud.mesh.vertices, cloud.mesh.faces)
-    return render_coloured(vertices, faces, centers, radius, colours, view)
-
-
-def render_coloured(
-    vertices: np.ndarray,
-    faces: np.ndarray | None,
-    centers: np.ndarray,
-    radius: float,
-    ball_colours: np.ndarray,
-    view: CameraView,
-    shown: tuple[np.ndarray, np.ndarray] | None = None,
-) -> Image:
-    """Draw an object and balls of colours (S, 3); see `render`.
-
-    ``shown`` are the lowest and highest corner (3,) of the box that the picture frames, metres; by default, it frames
-    everything that is drawn.
+    view : CameraView
+    colours : (S, 3) float, optional
+        Of the spheres, 0 to 1; by default they are coloured by height.
+    shown : two (3,) float, optional
+        Lowest and highest corner of the box that the picture frames, metres; by default it frames all that is drawn.
     """
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
@@ -139,7 +124,8 @@ def render_coloured(
     parts = [object_part(vertices, faces)]
     behind = np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)  # the cut's plane
     if behind.any():
-        parts.append(ball_part(centers[behind], radius, ball_colours[behind]))
+        colours = sphere_colours(centers[:, 2], FLAT * radius) if colours is None else colours
+        parts.append(ball_part(centers[behind], radius, colours[behind]))
     image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
         # Balls are drawn whole, since none is cut; of the object only the part behind the plane is drawn.
@@ -150,14 +136,20 @@ def render_coloured(
         distance = np.where(inside, 0.0, distance) + skipped
         seen = np.isfinite(distance) & (distance < nearest)
         where = rays.places(np.where(seen, distance, 0))
-        colours, normals = part.surface(triangle, normals, where)
-        colours = np.where(inside[..., None], CUT_COLOUR, colours)
+        tints, normals = part.surface(triangle, normals, where)
+        tints = np.where(inside[..., None], CUT_COLOUR, tints)
         normals = np.where(inside[..., None], view.facing, normals)
         lit = ~shadowed(parts, where, normals, view)
-        image[seen] = shade(colours, normals, rays.directions, lit)[seen]
+        image[seen] = shade(tints, normals, rays.directions, lit)[seen]
         nearest[seen] = distance[seen]
     picture = fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
     return picture.resize(view.size, Resampling.LANCZOS)
+
+
+def render_balls(cloud: Cloud, centers: np.ndarray, radius: float, colours: np.ndarray, view: CameraView) -> Image:
+    """Draw an object and balls on it, each of its own colour (S, 3)."""
+    vertices, faces = (cloud.points, None) if cloud.mesh is None else (cloud.mesh.vertices, cloud.mesh.faces)
+    return render(vertices, faces, centers, radius, view, colours)
 
 
 def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: CameraView) -> Image:
