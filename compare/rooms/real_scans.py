@@ -16,6 +16,7 @@ from typing import Annotated
 import typer
 
 from spherefunc_bullet.console import Failures, print_json, print_table, run, say, show
+from spherefunc_bullet.datasets.dataset import csv_table
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import prepare_folder, writing
 from spherefunc_bullet.function_model import FunctionModel
@@ -28,7 +29,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 from .benchmark import OBJECT, PLACE, BenchmarkScan, benchmark_rows, match_places, print_benchmark, source_of
 from .matching import MatchResult, Row, Score, match_by_place, match_objects, score_of, score_row
-from .truth import inferred_in, read_rows, recognised_in, true_objects
+from .truth import inferred_in, recognised_in, true_objects
 
 Verdicts = Sequence[MatchResult]
 
@@ -206,7 +207,9 @@ RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of
 def may_be_shown(path: Path) -> bool:
     """Return whether a scan's licence, in the manifest beside it, allows a picture of it to be published."""
     manifest = path.with_name("manifest.csv")
-    licences = {row["file"]: row["license"] for row in read_rows(manifest)} if manifest.exists() else {}
+    licences = (
+        {row["file"]: row["license"] for row in csv_table(manifest, "file", "license")} if manifest.exists() else {}
+    )
     licence = licences.get(path.name, "")
     return bool(licence) and not any(word in licence.lower() for word in RESTRICTED)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.datasets.dataset import parse_functions
+from spherefunc_bullet.datasets.dataset import csv_table, parse_functions
 from spherefunc_bullet.errors import InputError, explaining
 from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.scenes.recognition.recognition import Room
@@ -22,6 +21,7 @@ VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
 DISPUTED = "cup"  # the function that people dispute for bowls, open pots and possible cups
 SUPPORT, SUPPORTS = "support", "table"  # the label of a surface that serves as ground, and its disputed function
 UNCLEAR = frozenset({"cup", "sittable", "table"})  # the disputed functions of an object that its row calls unclear
+BOX = ("cx", "cy", "cz", "dx", "dy", "dz", "yaw_rad")  # columns: middle and sides, metres, and the heading
 _STEPS = 24  # grid points per axis, at which two boxes are compared
 
 
@@ -58,29 +58,17 @@ def true_objects(scan_file: Path) -> list[TrueObject] | None:
     boxes, instances = (scan_file.with_name(f"{scan_file.stem}_{kind}.csv") for kind in ("boxes", "instances"))
     if instances.exists():
         labels = read_geometry(scan_file).labels
-        return [from_points(row, labels, instances) for row in read_rows(instances)]
-    return [from_box(row, boxes) for row in read_rows(boxes)] if boxes.exists() else None
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def value_of(row: dict[str, str], column: str, path: Path) -> str:
-    """Return the value of a row in a column that its table must have."""
-    value = row.get(column)
-    if value is None:
-        raise InputError(f"{path.name}: expected a column {column}, found {', '.join(filter(None, row))}")
-    return value
+        rows = csv_table(instances, "label", "name", "function_label")
+        return [from_points(row, labels, instances) for row in rows]
+    if boxes.exists():
+        return [from_box(row, boxes) for row in csv_table(boxes, "class", "function_label", *BOX)]
+    return None
 
 
 def number_of(row: dict[str, str], column: str, path: Path) -> float:
     """Return the number of a row in a column."""
-    text = value_of(row, column, path)
-    with explaining(f"{path.name}: expected a number in column {column}, got {text!r}", ValueError):
-        return float(text)
+    with explaining(f"{path.name}: expected a number in column {column}, got {row[column]!r}", ValueError, TypeError):
+        return float(row[column])
 
 
 def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
@@ -99,9 +87,9 @@ def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
 
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
     """Return the object of a row of boxes."""
-    center, size = (np.array([number_of(row, f"{kind}{axis}", path) for axis in "xyz"]) for kind in "cd")
+    *numbers, yaw = (number_of(row, column, path) for column in BOX)
     true = object_without_place(row, "class", "comment", path)
-    return replace(true, box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)))
+    return replace(true, box=Box(center=np.array(numbers[:3]), size=np.array(numbers[3:]), yaw=yaw))
 
 
 def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> TrueObject:
@@ -114,7 +102,7 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
 
 def object_without_place(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
     """Return the object of a row without its place; its name and a remark are in columns of these names."""
-    called, label = value_of(row, name, path), value_of(row, "function_label", path)
+    called, label = row[name], row["function_label"] or ""
     disputed = disputed_of(called, label, row.get(remark) or "")
     functions = frozenset() if label == SUPPORT else parse_functions(label.split(" ")[0])
     visible = row.get("visible") or "full"

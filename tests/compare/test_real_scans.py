@@ -173,7 +173,7 @@ def test_what_is_unclear_counts_neither_way(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"function_label": None}, "expected a column function_label"),
+        ({"function_label": None}, "expected the columns class, function_label, cx, cy, cz, dx, dy, dz and yaw_rad"),
         ({"visible": "half"}, "expected visible to be one of full, part, back-only, none, got 'half'"),
         ({"dx": "wide"}, "expected a number in column dx, got 'wide'"),
     ],
@@ -181,7 +181,7 @@ def test_what_is_unclear_counts_neither_way(tmp_path):
 def test_a_wrong_table_is_one_line(tmp_path, changes, message):
     with pytest.raises(InputError, match=message) as caught:
         true_objects(write_boxes(tmp_path, **changes))
-    assert "\n" not in str(caught.value) and str(caught.value).startswith("scan_boxes.csv")
+    assert "\n" not in str(caught.value) and "scan_boxes.csv: " in str(caught.value)
 
 
 def test_an_interval_is_a_point_where_scans_agree_and_wider_where_they_do_not():
