@@ -20,7 +20,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import explaining
-from spherefunc_bullet.formats.files import write_whole, writing
+from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
 from spherefunc_bullet.scenes.recognition.surroundings import surroundings_alone
@@ -190,8 +190,7 @@ def cached_examples(
     if not path.is_file():
         memory = BytesIO()
         joblib.dump(room_examples(room, setup, model, seed), memory, compress=3)
-        with writing(path):
-            write_whole(path, memory.getvalue())
+        write_bytes(path, memory.getvalue())
     expected = "expected training examples of a room, as scan_model writes them"
     with explaining(f"{path}: {expected}; cannot be read", Exception):
         return joblib.load(path)
