@@ -23,7 +23,6 @@ from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.scenes.fusion.scene_fusion import FusedObject, SceneFusion
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
-from spherefunc_bullet.scenes.scans.depth_image import Intrinsics
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT, DepthImage, Kinect, Surfaces, photograph
@@ -37,14 +36,6 @@ FUSED, TOGETHER = "fused", "put together"
 SPARE = 8  # poses, in place of those from which a camera sees too little
 LEAST_SEEN = 0.5  # of a coarse image's pixels
 REMOVED_AFTER = 6  # images, and as many of the room without the object
-CAMERA = Intrinsics(
-    width=KINECT.width,
-    height=KINECT.height,
-    fx=KINECT.focal_length,
-    fy=KINECT.focal_length,
-    cx=(KINECT.width - 1) / 2,
-    cy=(KINECT.height - 1) / 2,
-)
 
 FunctionCounts = dict[tuple[int, str, str], MatchCounts]  # by number of images, way and function
 
@@ -70,7 +61,7 @@ class FusedRoom:
         fusion, images, before = SceneFusion(self.model), [], {}
         for pose in self.poses:
             images.append(self.photographed(self.surfaces, pose))
-            fusion.add(images[-1].depth, CAMERA, pose)
+            fusion.add(images[-1].depth, KINECT.camera, pose)
             if len(images) in COUNTS:
                 scan, objects = seen_in(self.room, images), fusion.objects()
                 seen, truth = scan.seen().tolist(), owners(self.surfaces, fusion.scan.points)
@@ -96,7 +87,7 @@ class FusedRoom:
         """Take out an object that was found and carries nothing, and add what is said to be gone."""
         fusion = SceneFusion(self.model)
         for pose in self.poses[:REMOVED_AFTER]:
-            fusion.add(self.photographed(self.surfaces, pose).depth, CAMERA, pose)
+            fusion.add(self.photographed(self.surfaces, pose).depth, KINECT.camera, pose)
         objects = fusion.objects()
         truth = owners(self.surfaces, fusion.scan.points)
         found = ids_of(truth, fusion.room, objects, range(len(self.room.objects)))
@@ -107,7 +98,7 @@ class FusedRoom:
         removed = free[int(self.rng.integers(len(free)))]
         rest = Surfaces((label, mesh) for label, mesh in self.room.meshes() if label != removed)
         for pose in self.poses[:REMOVED_AFTER]:
-            fusion.add(self.photographed(rest, pose).depth, CAMERA, pose)
+            fusion.add(self.photographed(rest, pose).depth, KINECT.camera, pose)
         gone = {known.id for known in fusion.tracker.missing(list(fusion.views)[REMOVED_AFTER:])}
         ids["removed"] += 1
         ids["noticed"] += found.pop(removed) in gone

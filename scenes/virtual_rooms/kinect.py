@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike
 from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 
+from ..scans.depth_image import Intrinsics
+
 NOTHING = -3  # label of a ray that hits no surface
 GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which no and all pixels are lost
 NEAREST, FARTHEST = 0.5, 5.0  # metres of depth between which it measures
@@ -51,11 +53,11 @@ class Kinect:
         """Return the sensor with this many times its noise; 0 is without noise and lost pixels."""
         return replace(self, noise=noise, dropouts=noise > 0)
 
-    def directions(self) -> np.ndarray:
-        """Return the pixels' rays (H, W, 3) in the camera's frame, of depth 1."""
-        u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
-        x, y = (u - self.width / 2) / self.focal_length, (v - self.height / 2) / self.focal_length
-        return np.stack([x, y, np.ones_like(x)], axis=-1)
+    @property
+    def camera(self) -> Intrinsics:
+        """The pinhole camera of its images."""
+        middle = {"cx": (self.width - 1) / 2, "cy": (self.height - 1) / 2}
+        return Intrinsics(width=self.width, height=self.height, fx=self.focal_length, fy=self.focal_length, **middle)
 
 
 KINECT = Kinect()
@@ -73,7 +75,7 @@ class DepthImage:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the measured points (N, 3) in the room's frame, and their labels (N,)."""
         seen = np.isfinite(self.depth)
-        in_camera = self.kinect.directions()[seen] * self.depth[seen][:, None]
+        in_camera = self.kinect.camera.rays()[seen] * self.depth[seen][:, None]
         return in_camera @ self.T_room_camera[:3, :3].T + self.T_room_camera[:3, 3], self.labels[seen]
 
 
@@ -132,7 +134,7 @@ def depth_noise(depth: np.ndarray) -> np.ndarray:
 
 def photograph(surfaces: Surfaces, T_room_camera: np.ndarray, kinect: Kinect, rng: np.random.Generator) -> DepthImage:
     """Return the depth image that the sensor measures from a pose."""
-    directions = kinect.directions() @ T_room_camera[:3, :3].T
+    directions = kinect.camera.rays() @ T_room_camera[:3, :3].T
     eye = T_room_camera[:3, 3]
     depth, labels, normals = surfaces.first_hits(eye, directions)
     depth = np.where((depth >= NEAREST) & (depth <= FARTHEST), depth.astype(np.float64), np.nan)

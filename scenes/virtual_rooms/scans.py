@@ -147,7 +147,7 @@ def pose_at(room: VirtualRoom, angle: float) -> np.ndarray:
 def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
     """Return the number of objects that are visible from a pose, in a coarse image."""
     coarse = Kinect(width=64, height=48, field_of_view_deg=kinect.field_of_view_deg)
-    _, labels, _ = surfaces.first_hits(pose[:3, 3], coarse.directions() @ pose[:3, :3].T)
+    _, labels, _ = surfaces.first_hits(pose[:3, 3], coarse.camera.rays() @ pose[:3, :3].T)
     return len(np.unique(labels[labels > FLOOR]))
 
 

@@ -32,7 +32,7 @@ from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect, Surfaces, look_at, photograph
 
 KINECT = Kinect(width=320, height=240)
-CAMERA = sf.Intrinsics(width=320, height=240, fx=KINECT.focal_length, fy=KINECT.focal_length, cx=159.5, cy=119.5)
+CAMERA = KINECT.camera
 EYES = ([2.4, 0.3, 1.6], [1.6, -1.8, 1.6], [-0.6, -2.4, 1.7])
 FLOOR = shift(box(6, 6, 0.02), z=-0.02)
 TABLE = join(
