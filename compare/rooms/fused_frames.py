@@ -8,7 +8,7 @@ and as many images as before are taken again.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
@@ -29,7 +29,7 @@ from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT, DepthImage, Ki
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, viewpoints
 
-from .matching import MatchCounts, function_counts, match_parts, rounded
+from .matching import MatchCounts, counts_by_function, match_parts, rounded
 
 COUNTS = (1, 3, 6, 12)  # depth images
 FUSED, TOGETHER = "fused", "put together"
@@ -37,7 +37,7 @@ SPARE = 8  # poses, in place of those from which a camera sees too little
 LEAST_SEEN = 0.5  # of a coarse image's pixels
 REMOVED_AFTER = 6  # images, and as many of the room without the object
 
-FunctionCounts = dict[tuple[int, str, str], MatchCounts]  # by number of images, way and function
+FunctionCounts = defaultdict[tuple[int, str, str], MatchCounts]  # by number of images, way and function
 
 
 class FusedRoom:
@@ -64,24 +64,16 @@ class FusedRoom:
             fusion.add(images[-1].depth, KINECT.camera, pose)
             if len(images) in COUNTS:
                 scan, objects = seen_in(self.room, images), fusion.objects()
-                seen, truth = scan.seen().tolist(), owners(self.surfaces, fusion.scan.points)
-                self.add(functions, len(images), FUSED, truth, fusion.room, seen)
+                labels, truth = scan.functions(), owners(self.surfaces, fusion.scan.points)
                 together = recognise(Scan(name=self.room.name, points=scan.points), self.model)
-                self.add(functions, len(images), TOGETHER, scan.labels, together, seen)
-                now = ids_of(truth, fusion.room, objects, seen)
+                for way, found, owner in ((FUSED, fusion.room, truth), (TOGETHER, together, scan.labels)):
+                    for name, counts in counts_by_function(found, owner, labels, self.model.functions_).items():
+                        functions[len(images), way, name] += counts
+                now = ids_of(truth, fusion.room, objects, labels)
                 again = before.keys() & now.keys()
                 ids["again"] += len(again)
                 ids["kept"] += sum(before[true] == now[true] for true in again)
                 before = now
-
-    def add(self, functions: FunctionCounts, images: int, way: str, truth: np.ndarray, found: Room, seen: list[int]):
-        """Add the counts of each function in a recognised room, with the true object of each point (N,)."""
-        labels = {number: self.room.objects[number].item.functions for number in seen}
-        given = {item.id: item.members for item in found.objects}
-        matches = match_parts(truth, found.labels, seen)
-        for name in self.model.functions_:
-            key = images, way, name
-            functions[key] = functions.get(key, MatchCounts()) + function_counts(matches, given, labels, name)
 
     def count_removal(self, ids: Counter):
         """Take out an object that was found and carries nothing, and add what is said to be gone."""
@@ -158,7 +150,7 @@ def main(
 ):
     """Measure objects of virtual rooms in maps of 1, 3, 6 and 12 depth images."""
     classifier = inference_model(model or shipped_model("fast", scans=True), None)
-    functions, ids, failures = {}, Counter(), Failures()
+    functions, ids, failures = defaultdict(MatchCounts), Counter(), Failures()
     furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
     for room in progress(furnished, rooms, "fusing rooms"):
         fused = FusedRoom(room, classifier, noise, seed)

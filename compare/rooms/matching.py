@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from spherefunc_bullet.scenes.recognition.room import Room
 from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
@@ -109,6 +110,22 @@ def function_counts(matches: Matches, given: Functions, labels: Functions, name:
     hits = sum(number is not None and name in labels[number] for number in claimed)
     members = sum(name in functions for functions in labels.values())
     return MatchCounts(hits, len(claimed) - hits, members - hits)
+
+
+def counts_by_function(
+    room: Room, truth: np.ndarray, labels: Functions, names: Sequence[str]
+) -> dict[str, MatchCounts]:
+    """Return the counts of each function in a recognised room.
+
+    Parameters
+    ----------
+    truth : (N,) int
+        Each point's object, see `match_parts`.
+    labels : dict of int to set of str
+        The functions of each object that counts.
+    """
+    matches, given = match_parts(truth, room.labels, labels), {item.id: item.members for item in room.objects}
+    return {name: function_counts(matches, given, labels, name) for name in names}
 
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled

@@ -29,7 +29,7 @@ from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 
-from .matching import MatchCounts, function_counts, match_parts
+from .matching import MatchCounts, counts_by_function
 
 VIEWS = (3, 1, 5, 2)  # of the rooms, in turn
 FACTORS = (0.5, 2.0)
@@ -74,12 +74,9 @@ def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[Match
     """Return the counts of functions in rooms, and each room's answer for comparison."""
     total, found = MatchCounts(), []
     for scan in scanned:
-        seen = scan.seen().tolist()
         room = recognise(Scan(name=scan.room.name, points=scan.points), model)
+        total = sum(counts_by_function(room, scan.labels, scan.functions(), model.functions_).values(), total)
         given = {item.id: item.members for item in room.objects}
-        truth = {number: scan.room.objects[number].item.functions for number in seen}
-        matches = match_parts(scan.labels, room.labels, seen)
-        total = sum((function_counts(matches, given, truth, name) for name in model.functions_), total)
         of_points = np.array(["+".join(sorted(given.get(k, ()))) for k in range(-3, len(room.objects))])
         found.append(of_points[room.labels + 3].tobytes())
     return total, found

@@ -91,6 +91,10 @@ class VirtualScan:
                     seen.append(number)
         return np.array(seen, int)
 
+    def functions(self) -> dict[int, frozenset[str]]:
+        """Return the functions of each object that is seen, by its number."""
+        return {number: self.room.objects[number].item.functions for number in self.seen().tolist()}
+
 
 def whole_scan(room: VirtualRoom) -> VirtualScan:
     """Return the surfaces of a room, complete and without noise, sampled as the objects' own clouds are."""
