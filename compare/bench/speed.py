@@ -1,6 +1,6 @@
 """The simulators' speed on one core.
 
-    python -m spherefunc_bullet.compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
+    python -m spherefunc_bullet.compare.bench [--backends fast,bullet]
 
 Loading and compilation are not counted. Every object runs in a separate process, so that peak memory is its own.
 """
@@ -12,19 +12,17 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
-from spherefunc_bullet.console import print_json, print_table, progress
+from spherefunc_bullet.console import print_table, progress
 from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.learning.histogram import CubeHistogram
 from spherefunc_bullet.settling.settling import peak_bytes
 from spherefunc_bullet.simulator import DropSettings
 
-from ..machine import machine, usable_backends
+from ..machine import usable_backends
 from .answers import print_answers
 from .harness import Backends, Case, apart, case_of, peer_mug, plain_table, print_machine, timed, use_one_core, warm
 
@@ -37,33 +35,33 @@ OBJECTS = {  # of the catalogue: title, name, radius
     ],
     "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
 }
+REPEATS = 3
 STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
 Measured = dict[str, Any]  # the measurements of one object by name; times in seconds
 
 
-def cases(backend: str, table: Case, quick: bool) -> list[Case]:
-    """Return the objects of a backend's bench; a quick one leaves out the sofa, which takes longest."""
-    chosen_objects = [case for case in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and case[0] == "sofa")]
+def cases(backend: str, table: Case) -> list[Case]:
+    """Return the objects of a backend's bench."""
+    chosen_objects = OBJECTS.get(backend, OBJECTS["fast"])
     chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*case) for case in chosen_objects), table]
     return [case for case in chosen if case is not None]
 
 
-def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
+def time_simulation(case: Case, backend: str) -> Measured:
     """Return the times of one object's simulation, without loading and compilation, and the process's peak memory."""
     simulator, cloud = warm(case, backend)
-    seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
+    seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), REPEATS)
     about = {"title": case.title, "radius": case.radius, "points": len(cloud), "settled": result.settled}
     times = {"best": min(seconds), "median": statistics.median(seconds)}
     return about | {"drops": result.drops} | times | {"peak_bytes": peak_bytes()}
 
 
-def time_stages(case: Case, backend: str, repeats: int) -> Measured:
-    """Return the best times of sampling, simulation and histogram of one object; a cloud is not sampled."""
-    geometry, (simulator, cloud), sampling = read_geometry(case.path), warm(case, backend), [0.0]
-    if len(geometry.faces):
-        sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), repeats)
-    simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
-    histogram, _ = timed(lambda: CubeHistogram(case.radius).fit_transform([result.centers]), repeats)
+def time_stages(case: Case, backend: str) -> Measured:
+    """Return the best times of sampling, simulation and histogram of one object."""
+    geometry, (simulator, _) = read_geometry(case.path), warm(case, backend)
+    sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), REPEATS)
+    simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), REPEATS)
+    histogram, _ = timed(lambda: CubeHistogram(case.radius).fit_transform([result.centers]), REPEATS)
     stages = {"sampling": min(sampling), "simulation": min(simulation), "histogram": min(histogram)}
     return {"title": case.title, "points": len(cloud)} | stages
 
@@ -93,37 +91,23 @@ def print_stages(stages: Iterable[Measured], backend: str):
     print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
 
 
-def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
+def measure(chosen: list[Case], backend: str) -> dict[str, Any]:
     """Return the measurements of one backend, each object in a separate process."""
     each = progress(chosen, len(chosen), f"timing {backend}")
-    simulation = [apart(time_simulation, case, backend, repeats) for case in each]
+    simulation = [apart(time_simulation, case, backend) for case in each]
     radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
     staged = progress([replace(case, radius=radius) for case in chosen], len(chosen), "timing the stages")
-    return {"simulation": simulation, "stages": [apart(time_stages, case, backend, repeats) for case in staged]}
+    return {"simulation": simulation, "stages": [apart(time_stages, case, backend) for case in staged]}
 
 
-def print_speed(
-    quick: Annotated[bool, typer.Option("--quick", help="Run each benchmark once, without the sofa.")] = False,
-    backends: Backends = "fast,bullet",
-    file: Annotated[Path | None, typer.Option(help="Measure this file instead.")] = None,
-    radius: Annotated[str, typer.Option(help="Radius of the spheres on --file.")] = "5mm",
-    json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout instead of tables.")] = False,
-):
+def print_speed(backends: Backends = "fast,bullet"):
     """Print the simulators' speed on one core; with the name of another bench, that one (see its --help)."""
     use_one_core()
-    repeats, measured = 1 if quick else 3, {}
     with TemporaryDirectory() as folder:
         table = plain_table(Path(folder))
-        for backend in usable_backends(backends.split(",")):
-            chosen = cases(backend, table, quick)
-            if file is not None:
-                chosen = [Case(title=file.name, path=file, radius=parse_length(radius))]
-            measured[backend] = measure(chosen, backend, repeats)
-    if json:
-        return print_json({"machine": machine(), "repeats": repeats, "backends": measured})
+        measured = {name: measure(cases(name, table), name) for name in usable_backends(backends.split(","))}
     for name, of_backend in measured.items():
         print_timings(of_backend["simulation"], name)
         print_stages(of_backend["stages"], name)
-    if file is None:
-        print_answers()
+    print_answers()
     print_machine()
