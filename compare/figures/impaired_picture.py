@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +29,7 @@ from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
@@ -70,10 +71,9 @@ TITLES = {False: "useless: should be 0 %", True: "still works: should be 100 %"}
 MEAN = "mean of those below"
 WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone can distinguish (Okabe and Ito)
 DPI = 200  # of a PNG
-ROW, COLUMN, LABELS, GAP = 0.21, 0.46, 1.4, 0.25  # inches: a row, a column, the kinds' names, between panels
-ABOVE, BELOW = 1.85, 0.85  # inches: the headline and the columns' names, the key
-NARROWEST, LETTER = 9.2, 0.082  # inches, which the key needs; a letter of the headline
-SPACE = 0.5  # rows between useless and harmless
+ROW, COLUMN, LABELS = 0.22, 0.46, 1.6  # inches: a row, a column, the kinds' names
+AROUND = 3.2  # inches: the headline, the columns' names, the key
+NARROWEST, LETTER = 9.2, 0.09  # inches, which the key needs; a letter of the headline
 
 
 def draw_impaired(shares: Shares, path: Path) -> Path:
@@ -92,26 +92,25 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     InputError
         If the file has another ending, or cannot be written.
     """
-    columns, tops = columns_of(shares), block_tops(shares)
+    columns = columns_of(shares)
     blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
-    rows = tops[True] + max(len(groups[True]) for groups in blocks.values())
-    panel = LABELS + len(columns) * COLUMN + GAP
-    sentences = headline(shares, columns)
-    letters = max(map(len, sentences), default=0)
-    wide, high = max(len(shares) * panel + GAP, NARROWEST, 2 * GAP + LETTER * letters), ABOVE + ROW * rows + BELOW
-    with figure_file(path, (wide, high)) as figure:
-        for place, (function, groups) in enumerate(blocks.items()):
-            left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
-            axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
-            draw_heads(axes, function, columns)
-            for works, block in groups.items():
-                draw_block(axes, function, block, columns, tops[works], works)
-        draw_words(figure, sentences, columns)
+    rows = [max(1, *(len(groups[works]) for groups in blocks.values())) for works in TITLES]
+    lines = ["Does it still work?", *headline(shares, columns)]
+    width = max(len(shares) * (LABELS + len(columns) * COLUMN), NARROWEST, LETTER * max(map(len, lines)))
+    with figure_file(path, (width, AROUND + ROW * sum(rows))) as figure:
+        panels = figure.subplots(2, len(blocks), squeeze=False, height_ratios=rows)
+        for (function, groups), own in zip(blocks.items(), panels.T, strict=True):
+            for (works, block), count, axes in zip(groups.items(), rows, own, strict=True):
+                cells = draw_block(axes, function, block, columns, works)
+                axes.set_ylim(count, 0)
+            name_columns(own[0], function, columns)
+        figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=12)
+        draw_key(figure, cells, columns)
     return path
 
 
 @contextmanager
-def figure_file(path: Path, size: tuple[float, float], layout: str | None = None) -> Iterator[Figure]:
+def figure_file(path: Path, size: tuple[float, float], layout: str = "constrained") -> Iterator[Figure]:
     """Yield a figure of a size in inches, and write it as .png or .svg at the end."""
     import matplotlib
     from matplotlib.figure import Figure
@@ -151,13 +150,6 @@ def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dic
     return blocks
 
 
-def block_tops(shares: Shares) -> dict[bool, float]:
-    """Return the rows at which the useless and the harmless kinds begin, the same in all panels, below a title."""
-    columns = columns_of(shares)
-    most = max(len(blocks_of(kinds, columns)[False]) for kinds in shares.values())
-    return {False: 1.0, True: 2.0 + most + SPACE}
-
-
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     """Return the results in two sentences, as means over functions."""
     sentences, means = [], mean_shares(shares, list(columns))
@@ -178,34 +170,32 @@ def kind_words(function: str, kind: str) -> str:
     return KINDS.get(f"{function} {kind}", KINDS.get(kind, kind.replace("_", " ")))
 
 
-def draw_heads(axes: Axes, function: str, columns: Mapping[str, str]):
-    """Write the function and the names of the columns above a panel."""
-    axes.set_axis_off()
-    at = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "bottom"}
-    axes.annotate(function, (0, 1), xytext=(-72 * LABELS, 3), ha="left", fontsize=13, fontweight="bold", **at)
-    for place, words in enumerate(columns.values()):
-        slant = {"rotation": 40, "rotation_mode": "anchor", "fontweight": "bold" if place == 0 else "normal"}
-        axes.annotate(words, ((place + 0.45) / len(columns), 1), xytext=(0, 2), ha="left", fontsize=8, **at, **slant)
-
-
 def draw_block(
-    axes: Axes, function: str, block: Mapping[str, KindShare], columns: Mapping[str, str], top: float, works: bool
-):
-    """Draw the useless or the harmless kinds of one function, a row each, from a row on."""
-    from matplotlib.patches import Rectangle
+    axes: Axes, function: str, block: Mapping[str, KindShare], columns: Mapping[str, str], works: bool
+) -> QuadMesh:
+    """Draw the useless or the harmless kinds of one function, a row each, and return the coloured cells."""
+    shares = np.array([[row["share"][name] for name in columns] for row in block.values()]).reshape(-1, len(columns))
+    right = shares if works else 1 - shares
+    cells = axes.pcolormesh(right, cmap=colours(), vmin=0, vmax=1, edgecolors="white", linewidth=1)
+    weights = ["bold" if kind == MEAN else "normal" for kind in block]
+    for (y, x), share in np.ndenumerate(shares):
+        ink = "white" if abs(right[y, x] - 0.5) > 0.35 else INK
+        at = {"ha": "center", "va": "center_baseline", "fontsize": 8}
+        axes.text(x + 0.5, y + 0.5, per_cent(share), color=ink, **at, fontweight=weights[y])
+    axes.set_title(TITLES[works] if block else "", loc="left", fontweight="bold", color=GREY)
+    axes.set_xticks([])
+    axes.set_yticks(np.arange(len(block)) + 0.5, [kind_words(function, kind) for kind in block], fontsize=8)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    return cells
 
-    if block:
-        axes.text(-LABELS / COLUMN, top - 0.4, TITLES[works], va="center", fontsize=8, fontweight="bold", color=GREY)
-    for line, (kind, row) in enumerate(block.items()):
-        at = {"va": "center_baseline", "fontsize": 8, "fontweight": "bold" if kind == MEAN else "normal"}
-        axes.text(-0.15, top + line + 0.5, kind_words(function, kind), ha="right", color=INK, **at)
-        for place, name in enumerate(columns):
-            share = row["share"][name]
-            right = float(share if works else 1 - share)  # of a whole number Matplotlib takes a colour by its index
-            colour = colours()(right)
-            axes.add_patch(Rectangle((place, top + line), 1, 1, facecolor=colour, edgecolor="white", linewidth=1))
-            ink = "white" if abs(right - 0.5) > 0.35 else INK
-            axes.text(place + 0.5, top + line + 0.5, per_cent(share), ha="center", color=ink, **at)
+
+def name_columns(axes: Axes, function: str, columns: Mapping[str, str]):
+    """Write the function and the names of the columns above a panel."""
+    axes.xaxis.tick_top()
+    slant = {"rotation": 40, "rotation_mode": "anchor", "ha": "left"}
+    axes.set_xticks(np.arange(len(columns)) + 0.5, columns.values(), fontsize=8, **slant)
+    axes.annotate(function, (0, 1), (-8, 12), "axes fraction", "offset points", ha="right", fontsize=13, weight="bold")
 
 
 def colours() -> LinearSegmentedColormap:
@@ -215,20 +205,15 @@ def colours() -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list("right", [WRONG, EVEN, RIGHT])
 
 
-def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, str]):
-    """Write the headline above the panels, and the meaning of the colours below them."""
-    wide, high = figure.get_size_inches()
-    figure.text(GAP / wide, 1 - 0.3 / high, "Does it still work?", fontsize=17, fontweight="bold", va="center")
-    for line, sentence in enumerate(sentences):
-        figure.text(GAP / wide, 1 - (0.65 + 0.23 * line) / high, sentence, fontsize=11, va="center")
-    key = figure.add_axes((GAP / wide, 0.52 / high, 1.4 / wide, 0.13 / high))
-    key.imshow(np.linspace(0, 1, 64)[None], aspect="auto", cmap=colours())
-    key.set_axis_off()
-    words = "wrong to right.  In each cell: per cent of the copies that are still classified by their function."
-    figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
+def draw_key(figure: Figure, cells: QuadMesh, columns: Mapping[str, str]):
+    """Draw the meaning of the colours and of the columns below the panels."""
+    key = figure.colorbar(cells, ax=figure.axes, location="bottom", shrink=0.2, aspect=20, anchor=(0.0, 0.5))
+    key.set_ticks([0, 1], labels=["wrong", "right"])
+    key.outline.set_visible(False)
     meanings = [f"{words}: {COLUMNS[name][1]}." for name, words in columns.items() if name in COLUMNS]
-    for line, meaning in enumerate((meanings[:-2], meanings[-2:])):
-        figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(meaning), fontsize=8, va="center", color=GREY)
+    meanings.append("In each cell: per cent of the copies that are still classified by their function.")
+    lines = "\n".join("  ".join(meanings[place : place + 3]) for place in range(0, len(meanings), 3))
+    figure.supxlabel(lines, x=0.01, ha="left", fontsize=8, color=GREY)
 
 
 WIDE, HIGH, ACROSS = 2.1, 1.9, 5  # inches of a panel, and panels in a row
@@ -251,7 +236,7 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
     """
     kinds = [kind for kind in rates if kind != CLEAN]
     rows = -(-len(kinds) // ACROSS)
-    with figure_file(path, (WIDE * ACROSS, HIGH * rows + 0.5), layout="constrained") as figure:
+    with figure_file(path, (WIDE * ACROSS, HIGH * rows + 0.5)) as figure:
         panels = figure.subplots(rows, ACROSS, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, kind in zip(panels, kinds, strict=False):
             draw_kind(axes, kind, rates[CLEAN] | rates[kind])
