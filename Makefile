@@ -93,7 +93,7 @@ site: tools  ## the documents as pages, in build/site, without the network
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 figures: setup  ## the pictures in docs/images
-	@$(BIN)/python -m spherefunc_bullet.compare.demo.gallery --out docs/images
+	@$(BIN)/python -m spherefunc_bullet.compare.demo --out docs/images
 
 MODELS := spherefunc_bullet/learning/models
 LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5

@@ -1,7 +1,5 @@
 """The picture that opens README: spheres fall on a mug, a chair and a table, and the scores follow.
 
-    python -m spherefunc_bullet.compare.demo.animation --out docs/images/drops.gif
-
 A sphere is drawn falling straight down to where it came to rest. The scores are those of the package's model, after a
 number of drops at each of its radii.
 """
@@ -12,15 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from joblib import Parallel, delayed
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
-from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import parse_length
@@ -129,16 +125,11 @@ def animation_bytes(columns: Sequence[Sequence[Image.Image]]) -> bytes:
     return memory.getvalue()
 
 
-def main(out: Annotated[Path, typer.Option(help="The file to write.")] = Path("docs/images/drops.gif")):
-    """Write the animation and say how large it is."""
+def write_animation(out: Path) -> Path:
+    """Write ``drops.gif``, and return its path."""
     model = inference_model(None, None)
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
     clouds = [cloud_from_mesh(meshes[part.name].vertices, meshes[part.name].faces, part.name) for part in PARTS]
     work = (delayed(drawn_part)(part, cloud, model) for part, cloud in zip(PARTS, clouds, strict=True))
     columns = list(progress(Parallel(n_jobs=-1, return_as="generator")(work), len(PARTS), "drawing"))
-    write_bytes(out, animation_bytes(columns))
-    say(f"{out}  {out.stat().st_size / 1000:.0f} kB")
-
-
-if __name__ == "__main__":
-    run(lambda: typer.run(main))
+    return write_bytes(out / "drops.gif", animation_bytes(columns))

@@ -45,7 +45,7 @@ from ..evaluation.tables import Result, evaluate_features, print_results, result
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
 from .gallery import write_gallery
-from .laid_table import draw_laid_table
+from .laid_table import write_laid_table
 from .page import ClassifiedObject, Summary, page
 
 DATA = "household"
@@ -103,8 +103,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
-        laid = draw_laid_table("fast")
-        write_picture(laid, out / "pictures" / "laid_table.png")
+        laid = write_laid_table(out / "pictures", "fast")
         gallery = write_gallery(out / "pictures", backend)
     write_text(out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(
@@ -115,7 +114,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         classified=cards,
         figure=Image.open(gallery[-1]).convert("RGB"),
         impaired=Image.open(impaired).convert("RGB"),
-        laid=laid.convert("RGB"),
+        laid=Image.open(laid).convert("RGB"),
         comparison=comparison,
         configuration=configuration(drop_config.simulator, simulated),
         seconds=watch.seconds,

@@ -1,23 +1,18 @@
-"""The paper's Fig. 1, settled spheres on a cup, a table, a chair and a sofa; and two backends side by side.
-
-``python -m spherefunc_bullet.compare.demo.gallery --out docs/images`` draws them.
-"""
+"""The paper's Fig. 1, settled spheres on a cup, a table, a chair and a sofa; and two backends side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from joblib import Parallel, delayed
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 from trimesh import Trimesh
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
-from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
@@ -95,17 +90,6 @@ def write_side_by_side(out: Path, backends: Sequence[str]) -> Path:
     return write_picture(tiled(images), out / "backends.png")
 
 
-def main(
-    out: Annotated[Path, typer.Option(help="Folder for the PNG files.")] = Path("docs/images"),
-    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
-    beside: Annotated[str, typer.Option(help="Simulator that is shown next to it.")] = "bullet",
-):
-    """Write the pictures and print their paths."""
-    side_by_side = write_side_by_side(out, [backend, beside])
-    for path in [*write_gallery(out, backend), side_by_side]:
-        say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
-
-
 def colour_key(size: tuple[int, int]) -> Image.Image:
     """Return an image with the meaning of the colours, as large as a captioned picture of ``size`` pixels."""
     width, height = size
@@ -126,7 +110,3 @@ def colour_key(size: tuple[int, int]) -> Image.Image:
 def tiled(images: Sequence[Image.Image]) -> Image.Image:
     """Return images of one size in rows, smaller."""
     return ImageOps.scale(in_rows(images, COLUMNS), SCALE, Image.Resampling.LANCZOS)
-
-
-if __name__ == "__main__":
-    run(lambda: typer.run(main))

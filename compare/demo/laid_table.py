@@ -1,21 +1,15 @@
-"""A table while it is being laid: still a table, object by object, until there is no more room.
-
-python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
-"""
+"""A table while it is being laid: still a table, object by object, until there is no more room."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
-from PIL import Image
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
-from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.units import parse_length
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
@@ -54,8 +48,8 @@ def cloud_of(surface: ObjectSurface) -> Cloud:
     return cloud_from_mesh(vertices, faces, NAME)
 
 
-def draw_laid_table(backend: str) -> Image.Image:
-    """Return a row of pictures of the table, with the answers of the model of the package."""
+def write_laid_table(out: Path, backend: str) -> Path:
+    """Write ``laid_table.png``, pictures of the table with the answers of the model of the package; return its path."""
     steps = []
     for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table"):
         rests = settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests
@@ -63,17 +57,4 @@ def draw_laid_table(backend: str) -> Image.Image:
         name, unsure = "table" if "table" in answer.functions else "no table", " (unsure)" * answer.unsure
         words = f"{title}: {name}, {answer.scores['table']:.2f}{unsure}"
         steps.append(captioned(object_picture(cloud, rests, DRAWN, CameraView()), words, ""))
-    return tiled(steps)
-
-
-def main(
-    out: Annotated[Path, typer.Option(help="Folder for the PNG file.")] = Path("docs/images"),
-    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
-):
-    """Write the picture and print its path."""
-    path = write_picture(draw_laid_table(backend), out / "laid_table.png")
-    say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
-
-
-if __name__ == "__main__":
-    run(lambda: typer.run(main))
+    return write_picture(tiled(steps), out / "laid_table.png")
