@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -86,14 +87,11 @@ def titled(image: Image.Image, title: str) -> Image.Image:
 
 def noted(image: Image.Image, note: str) -> Image.Image:
     """Return an image with a note below it, wrapped into lines."""
-    font, lines = ImageFont.load_default(22), [""]
-    for word in note.split():
-        longer = f"{lines[-1]} {word}".strip()
-        lines = [*lines[:-1], longer] if font.getlength(longer) < image.width - 32 else [*lines, word]
+    font = ImageFont.load_default(22)
+    letters = int(len(note) * (image.width - 64) / font.getlength(note))  # in a line, on average
+    lines = textwrap.wrap(note, letters)
     canvas = ImageOps.expand(image, (0, 0, 0, 28 * len(lines) + 16), PAPER)
-    pen = ImageDraw.Draw(canvas)
-    for number, line in enumerate(lines):
-        pen.text((16, image.height + 20 + 28 * number), line, GREY, font, anchor="lm")
+    ImageDraw.Draw(canvas).multiline_text((16, image.height + 8), "\n".join(lines), GREY, font)
     return canvas
 
 
