@@ -70,9 +70,9 @@ def run(
     """
     if status:
         given = {name for name in context.params if context.get_parameter_source(name).name == "COMMANDLINE"}
-        unused = sorted(given - {"folder", "status", "json"})
-        others = {"DATA" if name == "data" else f"--{name.replace('_', '-')}": name for name in unused}
-        options.require_beside("--status", True, others, {})
+        for unused in sorted(given - {"folder", "status", "json"}):
+            option = "DATA" if unused == "data" else f"--{unused.replace('_', '-')}"
+            raise InputError(f"{option}: expected without --status")
         show_status(folder, json)
         return
     if data is None:
