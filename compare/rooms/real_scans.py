@@ -18,7 +18,7 @@ import typer
 from spherefunc_bullet.console import Failures, print_json, print_table, run, say, show
 from spherefunc_bullet.datasets.dataset import csv_table
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.files import prepare_folder, writing
+from spherefunc_bullet.formats.files import prepare_folder
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import compile_kernels, recognise
@@ -26,6 +26,7 @@ from spherefunc_bullet.scenes.report.picture import room_picture
 from spherefunc_bullet.scenes.scans.scan import load_scan
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
+from spherefunc_bullet.viewer.mechanics_pictures import write_picture
 
 from .benchmark import OBJECT, PLACE, BenchmarkScan, benchmark_rows, match_places, print_benchmark, source_of
 from .matching import MatchResult, Row, Score, match_by_place, match_objects, score_of, score_row
@@ -106,10 +107,8 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: S
         units = {OBJECT: verdicts, PLACE: match_places(truth, scan, room, recognised)}
         measured.examined.append(BenchmarkScan(source=source_of(path), verdicts=units))
     measured.rows.append(row)
-    if pictures is not None and may_be_shown(path):  # a small picture of few colours, for the documents
-        file = pictures / f"scene_{path.stem}.png"
-        with writing(file):
-            room_picture(scan, room, size=(560, 420)).quantize(96).save(file, optimize=True)
+    if pictures is not None and may_be_shown(path):  # a small picture, for the documents
+        write_picture(room_picture(scan, room, size=(560, 420)), pictures / f"scene_{path.stem}.png")
 
 
 def main(
