@@ -19,7 +19,7 @@ from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import sphere_limit
-from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
+from spherefunc_bullet.viewer.data import Layer, Panel, display, sphere_layer
 from spherefunc_bullet.viewer.pictures import fitting_radius
 
 from ..evaluation.evaluation import Evaluation
@@ -164,14 +164,14 @@ def greatest_difference(row: int, item: Report) -> Disagreement:
     return max(cases, key=lambda case: (case.labels_differ, case.difference))
 
 
-def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreement]:
+def clearest(cases: Sequence[Disagreement]) -> list[Disagreement]:
     """Return the greatest disagreements, taking turns between functions, those with different labels first."""
     about: dict[str, list[Disagreement]] = {}
     for case in cases:
         about.setdefault(case.function, []).append(case)
     turns = [(place, case) for own in about.values() for place, case in enumerate(own)]
     order = sorted(turns, key=lambda turn: (not turn[1].labels_differ, turn[0], -turn[1].difference))
-    return [case for _, case in order[:count]]
+    return [case for _, case in order[:MOST]]
 
 
 def displays_of(
@@ -205,4 +205,4 @@ def layer(entry: ComparedRun, row: int, radius: float) -> Layer:
     note = f"Spheres of radius {format_length(radius)}: {settled:,} of {record.drops[radius]:,} settled"
     note += f", in {record.seconds[radius]:.3g} s"
     note += f"; the first {len(centers):,} are drawn." if len(centers) < settled else "."
-    return Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note)
+    return sphere_layer(radius, centers, note)
