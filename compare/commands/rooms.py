@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed
+from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed, drop_config
 from spherefunc_bullet.console import Failures, print_json, print_table
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.units import parse_length, parse_lengths, parse_numbers
+from spherefunc_bullet.formats.units import BY_FILE, parse_length, parse_numbers
 from spherefunc_bullet.scenes.commands.dataset import Fused, LivedInText, Points
 from spherefunc_bullet.scenes.commands.scene import Completion, Proposals
 
@@ -49,7 +49,6 @@ def rooms(
     """Scan virtual rooms, segment and classify the scans, and compare with the ground truth."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.files import prepare_folder
-    from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.scenes.recognition.completion import steps_of
     from spherefunc_bullet.scenes.recognition.proposals import kinds_of
     from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
@@ -73,14 +72,8 @@ def rooms(
         lived_in=parse_lived_in(lived_in),
         resolution=Resolution(leaf=parse_length(fused) if fused else None, points=points),
     )
-    training = TrainingOptions(
-        simulator=make_simulator(backend),
-        radii=find_method(method).radii if radii is None else parse_lengths(radii),
-        run_limit=find_method(method).run_limit,
-        completion=steps,
-        method=method,
-        seed=seed,
-    )
+    how = drop_config(backend, None, radii, seed, BY_FILE, "m", method)
+    training = TrainingOptions(drop_config=how, completion=steps, method=method)
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, jobs)
     about = {

@@ -25,9 +25,10 @@ OTHER_ROOMS = 1000  # added to the seed, so that other rooms are learnt than tes
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainingOptions(DropConfig):
+class TrainingOptions:
     """How training examples are made, and the method that learns from them."""
 
+    drop_config: DropConfig
     completion: tuple[str, ...] = ()
     method: str = "cubes"
 
@@ -40,8 +41,8 @@ def two_folds(dataset: Dataset, training: TrainingOptions, failed: Failed, jobs:
     failed : callable
         Is called with the error of each file that cannot be used; all others are used.
     """
-    simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
-    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
+    simulated = simulate_dataset(dataset, training.drop_config, jobs=jobs, failed=failed)
+    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.drop_config.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
         for tested, learnt in ((one, other), (other, one))
@@ -68,19 +69,19 @@ def trained_classifier(
     examples = [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
     examples += partial_examples(dataset, training, failed)
     settled, labels, names = ([example[column] for example in examples] for column in range(3))
-    return new_classifier(training, training.method).fit_settled(settled, labels, names)
+    return new_classifier(training.drop_config, training.method).fit_settled(settled, labels, names)
 
 
 def partial_examples(
     dataset: Dataset, training: TrainingOptions, failed: Failed
 ) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
     """Yield the drops, functions and name of each view of a data set's large objects in scans of rooms."""
-    rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
-    for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
-        scan = scan_room(room, VIEWS, NOISE, training.seed)
+    rooms, how = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS)), training.drop_config
+    for room in furnish(dataset, rooms, seed=how.seed + OTHER_ROOMS, failed=failed):
+        scan = scan_room(room, VIEWS, NOISE, how.seed)
         for number, cloud in partial_views(scan, training.completion):
             if cloud.size.max() < SEGMENTATION.large:
                 continue
             item = room.objects[number].item
-            settled = settle(cloud, training.simulator, training.radii, training.seed, training.run_limit)
+            settled = settle(cloud, how.simulator, how.radii, how.seed, how.run_limit)
             yield settled, item.functions, f"{item.path.stem} in {room.name}"

@@ -22,7 +22,6 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import shipped_model
 from spherefunc_bullet.settling.cached_runs import DropConfig
-from spherefunc_bullet.simulator import make_simulator
 
 
 @pytest.fixture
@@ -84,10 +83,9 @@ def test_any_number_of_processes_teaches_the_same(tmp_path):
 @pytest.mark.slow
 def test_what_is_learnt_of_partial_views(tmp_path):
     dataset = open_dataset(write_objects(tmp_path, ("desk", "seat", "mug")))
-    simulator = make_simulator("fast")
-    training = TrainingOptions(simulator=simulator, radii=(0.05,))
-    simulated = simulate_dataset(dataset, DropConfig(simulator=simulator, radii=(0.05,)), jobs=1, failed=pytest.fail)
-    names = list(trained_classifier(dataset, simulated, training, pytest.fail).names_)
+    how = DropConfig(simulator="fast", radii=(0.05,))
+    simulated = simulate_dataset(dataset, how, jobs=1, failed=pytest.fail)
+    names = list(trained_classifier(dataset, simulated, TrainingOptions(drop_config=how), pytest.fail).names_)
     seen = [name for name in names if " in room_" in name]
     assert len(names) - len(seen) == len(dataset) and seen
     assert not any(name.startswith("mug") for name in seen)  # small ones look like what they are not
