@@ -113,7 +113,13 @@ def test_the_plot_draws_what_it_is_given(tmp_path):
 
 @pytest.mark.parametrize(
     "wrong",
-    [["--views", "some"], ["--noise=-1"], ["--completion", "magic"], ["--model", "none.npz"]],
+    [
+        ["--views", "some"],
+        ["--noise=-1"],
+        ["--completion", "magic"],
+        ["--model", "none.npz"],
+        ["--radii", "5m", "--model", shipped_model()],
+    ],
 )
 def test_mistakes_are_one_line(run, tmp_path, wrong):
     done = run(write_objects(tmp_path, ("mug",)), *wrong)
