@@ -148,7 +148,7 @@ def test_different_labels_come_before_different_scores():
 def test_functions_take_turns():
     cups = [item(a={"cup": 0.9 - i / 100}, b={"cup": 0.1}) for i in range(5)]
     tables = [item(a={"table": 0.6}, b={"table": 0.4})]
-    rows = [each.row for each in clearest(disagreements(cups + tables), 3)]
+    rows = [each.row for each in clearest(disagreements(cups + tables))[:3]]
     assert rows == [0, 5, 1]
 
 
