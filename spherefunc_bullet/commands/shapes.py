@@ -63,6 +63,7 @@ def shapes(
     from ..shapes.library import SUFFIX, LibraryOptions, library_results, page
 
     require_beside("--best", best, {}, {"--out": out, "--format": form, "--static": still or None})
+    require_beside("--only-collision", only, {"--coacd": coacd}, {})
     out, form = out or Path(), form or "urdf"
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")

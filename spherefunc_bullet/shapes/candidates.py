@@ -17,11 +17,12 @@ from ..bullet.collision.shape import collision_shape
 from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..formats.units import format_length
-from .solid import Solid, of_pieces, surface
+from .solid import MOST_CORNERS, Solid, of_pieces, surface
 
 VOXELS = (1 / 3, 2 / 3, 4 / 3)  # of the radius of the spheres
 VHACD = (8, 32, 64)  # largest number of hulls
 RESOLUTION = 100_000  # voxels of V-HACD, as in PyBullet's own `vhacd`
+THRESHOLDS = (0.01, 1.0)  # of CoACD, as its authors state; it ends the process above, and never ends itself at 0
 MISSING = "shape '{}' needs its package: pip install 'spherefunc-bullet[{}]'"
 Make = Callable[[], Solid]
 
@@ -35,7 +36,12 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
     radius : float, metres
         Of the spheres for which the shapes are made.
     coacd : floats
-        Thresholds of CoACD; each may take minutes.
+        Thresholds of CoACD, 0.01 to 1; each may take minutes.
+
+    Raises
+    ------
+    InputError
+        If CoACD is not installed, or a threshold is out of its range.
     """
     makes: dict[str, Make] = {"mesh": partial(of_mesh, cloud)}
     for share in VOXELS:
@@ -46,6 +52,8 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
         makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
     if coacd and find_spec("coacd") is None:  # reported before the slow work
         raise InputError(MISSING.format("coacd", "coacd"))
+    if odd := [threshold for threshold in coacd if not THRESHOLDS[0] <= threshold <= THRESHOLDS[1]]:
+        raise InputError(f"coacd {odd[0]:g}: expected thresholds of {THRESHOLDS[0]:g} to {THRESHOLDS[1]:g}")
     makes |= {f"coacd {threshold:g}": partial(of_coacd, cloud, threshold) for threshold in coacd}
     makes["hull"] = partial(of_hull, cloud)
     return makes
@@ -89,16 +97,18 @@ def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
 
     mesh = of_mesh(cloud)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
-    limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": 64}
+    limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": MOST_CORNERS}
     pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, resolution=RESOLUTION, **limits)
     return of_pieces("vhacd", [np.asarray(points) for points, _ in pieces])
 
 
 def of_coacd(cloud: Cloud, threshold: float) -> Solid:
-    """Return the pieces of CoACD (Wei et al., "Approximate Convex Decomposition for 3D Meshes", 2022)."""
+    """Return the pieces of CoACD (Wei et al., 2022), each with at most 64 corners; by default up to 1,000."""
     import coacd
 
     mesh = of_mesh(cloud)
     coacd.set_log_level("off")
-    pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=threshold)
+    pieces = coacd.run_coacd(
+        coacd.Mesh(mesh.vertices, mesh.faces), threshold, decimate=True, max_ch_vertex=MOST_CORNERS
+    )
     return of_pieces("coacd", [np.asarray(corners) for corners, _ in pieces])

@@ -117,9 +117,11 @@ def library_results(
     """Yield the result of each object, errors as `{file, error}`, in the order of completion.
 
     With a cache folder, each object runs in its own process, and results that are in the folder are not computed again.
+    CoACD runs in another process as well: Ctrl-C would wait until it ends, and it may take minutes.
     """
     if cache is None:
-        tasks = run_tasks(library_result, [(file, options) for file in files], files, jobs=jobs)
+        isolate = bool(options.coacd)
+        tasks = run_tasks(library_result, [(file, options) for file in files], files, jobs=jobs, isolate=isolate)
     else:
         each = [(file, options, cache) for file in files]
         tasks = run_tasks(kept_result, each, files, jobs=jobs, isolate=True, time_limit=TIME)

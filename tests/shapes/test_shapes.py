@@ -1,6 +1,7 @@
 """Shapes: what a collision shape keeps, by truths that follow from geometry."""
 
 import json
+import os
 from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
@@ -140,6 +141,43 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
     with pytest.raises(InputError, match="shape 'coacd' needs its package"):
         candidates.candidates(subject.cloud, 0.005, coacd=(0.05,))
     assert not any(name.startswith("coacd") for name in candidates.candidates(subject.cloud, 0.005))
+
+
+@pytest.mark.parametrize("threshold", [0.0, -0.1, 1.5, np.nan])
+def test_a_threshold_that_ends_coacd_or_never_ends_it_is_refused(subject, monkeypatch, threshold):
+    from spherefunc_bullet.shapes import candidates
+
+    monkeypatch.setattr(candidates, "find_spec", lambda name: name)
+    with pytest.raises(InputError, match=f"coacd {threshold:g}: expected thresholds of 0.01 to 1"):
+        candidates.candidates(subject.cloud, 0.005, coacd=(0.05, threshold))
+
+
+def test_pieces_of_coacd_have_few_corners():
+    """Those of a ball have 160 of its 162 otherwise."""
+    from spherefunc_bullet.shapes.candidates import of_coacd
+
+    pytest.importorskip("coacd")
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
+    solid = of_coacd(cloud_from_mesh(ball.vertices, ball.faces, "ball"), 0.5)
+    assert [len(piece) for piece in solid.pieces] == [64]
+    assert np.allclose(np.ptp(solid.vertices, axis=0), 0.2, atol=0.01)
+
+
+def test_coacd_is_refused_where_no_shapes_are_made():
+    done = CliRunner().invoke(application("shapes"), ["shapes", "mug.obj", "--only-collision", "--coacd", "0.1"])
+    assert str(done.exception) == "--coacd: expected without --only-collision"
+
+
+def pid(file, options) -> dict:
+    """Return the process in which an object is compared, in place of the result."""
+    return {"file": str(file), "process": os.getpid()}
+
+
+def test_coacd_does_not_run_in_the_process_that_ctrl_c_ends(monkeypatch):
+    monkeypatch.setattr(library, "library_result", pid)
+    for coacd, here in (((), True), ((0.05,), False)):
+        [result] = library.library_results([Path("mug.obj")], library.LibraryOptions(coacd=coacd))
+        assert (result["process"] == os.getpid()) is here
 
 
 @pytest.mark.slow
