@@ -20,7 +20,7 @@ from ..formats.units import BY_FILE
 from ..simulator.mechanics import Material
 from ..simulator.statics.body import body_of
 from .candidates import MISSING, Make, candidates, has_vhacd, make_solid, of_hull, of_mesh
-from .comparison import KeepCriteria, ShapeRow, Subject, row_of, with_verdict
+from .comparison import LARGER, KeepCriteria, ShapeRow, Subject, relative_size, row_of, with_verdict
 from .exposure import Fitting
 from .files import write_shape
 from .loaded import FileFrame, load_solids, no_report
@@ -225,9 +225,13 @@ def rows_of_links(
         return
     whole = merged_links(links)
     yield whole, row_of(subject, whole, criteria)
+    small = [link.name for link in links if relative_size(subject, link) < 1 / LARGER]
+    if small:
+        report(f"{subject.cloud.name}: links much smaller than the object have no row: {one_line(', '.join(small))}")
     for link in links:
         try:
-            yield link, row_of(subject, link, criteria)
+            if link.name not in small:
+                yield link, row_of(subject, link, criteria)
         except InputError as error:
             report(f"link {one_line(link.name)}: {error}")
 

@@ -199,10 +199,14 @@ def used_row(subject: Subject, solid: Solid, row: ShapeRow) -> ShapeRow:
     )
 
 
+def relative_size(subject: Subject, solid: Solid) -> float:
+    """Return how many times as large as its object a shape is."""
+    return float(np.ptp(solid.vertices, axis=0).max()) / subject.extent
+
+
 def require_size(subject: Subject, solid: Solid):
     """Raise InputError for a shape whose size differs so much from its object's that the unit must be wrong."""
-    size = float(np.ptp(solid.vertices, axis=0).max())
-    times = size / subject.extent
+    times = relative_size(subject, solid)
     if not 1 / LARGER <= times <= LARGER:
         difference = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
         question = "are the units or the scale right?"

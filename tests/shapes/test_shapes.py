@@ -189,6 +189,18 @@ def test_a_candidate_that_no_engine_takes_costs_itself(subject):
     assert said == ["points: expected a mesh to make shapes of, got points; it is not compared"]
 
 
+def test_links_much_smaller_than_the_object_are_named_in_one_line(subject, monkeypatch):
+    """As a robot's are; it is no sign of a wrong unit."""
+    from spherefunc_bullet.shapes import compared
+
+    monkeypatch.setattr(compared, "row_of", lambda subject, link, criteria: link.name)
+    whole = subject.cloud.mesh.vertices
+    links, said = [of_pieces(name, [whole * size]) for name, size in [("a", 1), ("b", 0.3), ("c", 0.1)]], []
+    rows = [row for _, row in compared.rows_of_links(subject, links, KeepCriteria(), said.append)]
+    assert rows == ["all links", "a"]
+    assert said == [f"{subject.cloud.name}: links much smaller than the object have no row: b, c"]
+
+
 def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
     from spherefunc_bullet.shapes import candidates
 
