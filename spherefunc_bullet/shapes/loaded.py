@@ -105,9 +105,8 @@ def urdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of a URDF that has any, with every joint at zero."""
     from trimesh.transformations import transform_points
 
-    source = as_source(path)
-    tree = plain_xml(source.data)
-    robot = robot_of(source.data, tree)
+    tree = plain_xml(as_source(path).data)
+    robot = robot_of(tree)
     nodes = {link.get("name"): link for link in tree.findall("link")}
     links = defaultdict(list)
     for link in robot.robot.links:

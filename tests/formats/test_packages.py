@@ -85,6 +85,17 @@ def test_packages_are_found_where_the_user_points(tmp_path, monkeypatch, pointed
     assert is_refused(write_robot(path, "package://arm/../../secret.stl"))
 
 
+def test_a_path_without_a_package_is_found_where_the_user_points(tmp_path, monkeypatch):
+    """As PyBullet finds it in its search path."""
+    write_mesh(tmp_path / "data" / "arm" / "top.stl")
+    path = write_robot(tmp_path / "data" / "arm" / "a.urdf", "arm/top.stl")
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    assert is_refused(path)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "data"))
+    assert len(read_geometry(path).faces) == 12
+    assert is_refused(write_robot(path, "../arm/../../secret.stl"))
+
+
 @pytest.mark.parametrize("command", ["classify", "simulate", "poses", "stand", "view"])
 def test_the_command_line_points_with_an_option(tmp_path, monkeypatch, command):
     monkeypatch.setenv("ROS_PACKAGE_PATH", "")  # the option adds to it, for this test alone

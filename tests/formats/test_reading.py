@@ -85,6 +85,24 @@ def test_urdf_reads_the_meshes_in_its_folder_and_scales_them(tmp_path, name):
     assert mesh.path == tmp_path / "objects" / "meshes" / "top.stl"
 
 
+@pytest.mark.parametrize("head", ["<?xml version='0.0' ?>", "\n<?xml version='1.0' ?>"])
+def test_urdf_is_read_with_the_declarations_that_people_write(tmp_path, head, caplog):
+    """As in PyBullet's own objects; nothing is logged about how the file is parsed."""
+    require_reader("urdf")
+    shape = "<visual><geometry><box size='0.1 0.2 0.3'/></geometry></visual>"
+    geometry = read(tmp_path, "box.urdf", f"{head}<robot name='a'><link name='b'>{shape}</link></robot>")
+    assert np.allclose(np.ptp(geometry.vertices, axis=0), (0.1, 0.2, 0.3)) and not caplog.records
+
+
+def test_urdf_may_have_spheres_of_radius_zero(tmp_path):
+    """They mark a point, as the toes of PyBullet's Laikago."""
+    require_reader("urdf")
+    shapes = ["<box size='0.1 0.2 0.3'/>", "<sphere radius='0'/>"]
+    visuals = "".join(f"<visual><geometry>{shape}</geometry></visual>" for shape in shapes)
+    geometry = read(tmp_path, "box.urdf", f"<robot name='a'><link name='b'>{visuals}</link></robot>")
+    assert np.allclose(np.ptp(geometry.vertices, axis=0), (0.1, 0.2, 0.3))
+
+
 @pytest.mark.parametrize("head", ["\n\n  ", "# von Käthe\n\n", "\ufeff"])
 def test_off_has_blanks_and_comments_before_its_header(tmp_path, head):
     text = f"{head}OFF\n# counts\n3 1 0\n\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"

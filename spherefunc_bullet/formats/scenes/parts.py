@@ -70,7 +70,7 @@ class _PlainTree(ElementTree.TreeBuilder):
 def plain_xml(data: bytes) -> ElementTree.Element:
     """Return the tree of well-formed XML, or raise FormatError for a document type and for too much text."""
     require_text_size(data)
-    return ElementTree.fromstring(data, ElementTree.XMLParser(target=_PlainTree()))
+    return ElementTree.fromstring(data.lstrip(), ElementTree.XMLParser(target=_PlainTree()))
 
 
 def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence[str]):

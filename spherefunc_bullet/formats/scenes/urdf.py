@@ -44,10 +44,13 @@ def find_mesh(name: str, folder: Path) -> Path | None:
 
 
 def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[Path, str]]:
-    """Yield each folder in which a mesh may be, and its path there: of ``package://name/file`` it is ``file``."""
+    """Yield each folder in which a mesh may be, and its path there: of ``package://name/file`` it is ``file``.
+
+    A path without a scheme is looked for in the folder of the file, then in those given, as PyBullet does.
+    """
     scheme, _, rest = name.rpartition("://")
     if scheme in ("", "file"):
-        yield folder, rest
+        yield from ((root, rest) for root in (folder, *trusted))
     elif scheme in ("package", "model"):
         package, _, inner = rest.partition("/")
         if package.strip(".") and inner:
@@ -68,7 +71,7 @@ def read_urdf(source: Source) -> Geometry:
     """Return the vertices (N, 3), in the frame of the base link, and triangles (M, 3) of all visible parts."""
     from trimesh.transformations import transform_points
 
-    robot = robot_of(source.data, plain_xml(source.data))
+    robot = robot_of(plain_xml(source.data))
     parts, read = [], cache(lambda name: _mesh(name, source.named))
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
@@ -81,17 +84,19 @@ def read_urdf(source: Source) -> Geometry:
     return joined(parts)
 
 
-def robot_of(data: bytes, tree: ElementTree.Element) -> yourdfpy.URDF:
-    """Return the robot of a URDF, whose tree shows what yourdfpy cannot read.
+def robot_of(tree: ElementTree.Element) -> yourdfpy.URDF:
+    """Return the robot of a URDF, of which yourdfpy reads the tree.
 
-    It was parsed first since yourdfpy repairs XML that is not well formed, and may read half a robot.
+    The file itself it would repair if it is not well formed, and may read half a robot.
     """
     import yourdfpy
 
     shapes = [[shape.tag for shape in geometry] for geometry in tree.iterfind("link/*/geometry")]
     if odd := next((tags[0] for tags in shapes if tags and SHAPES.isdisjoint(tags)), None):
         raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
-    return yourdfpy.URDF.load(io.BytesIO(data), load_meshes=False, build_collision_scene_graph=False)
+    return yourdfpy.URDF.load(
+        io.BytesIO(ElementTree.tostring(tree)), load_meshes=False, build_collision_scene_graph=False
+    )
 
 
 def named_sources(source: Source) -> dict[str, Source]:
@@ -120,7 +125,8 @@ def geometry_part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part
     if shape.cylinder is not None:
         return primitive("cylinder", radius=shape.cylinder.radius, height=shape.cylinder.length)
     if shape.sphere is not None:
-        return primitive("icosphere", radius=shape.sphere.radius)
+        vertices, faces = primitive("icosphere", radius=1.0)  # one of radius 0, which marks a point, would be NaN
+        return vertices * shape.sphere.radius, faces
     raise FormatError("expected a mesh, box, cylinder or sphere to be visible, got another shape")
 
 
