@@ -20,7 +20,7 @@ from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, explaining, one_line
 from ..formats.files import refusing
 from ..formats.obj import read_groups
-from ..formats.scenes.parts import plain_xml, primitive
+from ..formats.scenes.parts import plain_xml, primitive, scaled
 from ..formats.scenes.urdf import find_mesh, geometry_part, robot_of
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .solid import Solid, of_pieces, surface
@@ -126,8 +126,7 @@ def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[Part]:
     target = find_mesh(shape.mesh.filename, folder)
     if target is None:
         raise InputError(f"collision mesh {shape.mesh.filename[:80]!r}: expected in the file's folder or its package")
-    scale = 1.0 if shape.mesh.scale is None else np.asarray(shape.mesh.scale, dtype=np.float64)
-    return [(vertices * scale, faces) for vertices, faces in groups_of(target, whole=whole)]
+    return [scaled(part, shape.mesh.scale) for part in groups_of(target, whole=whole)]
 
 
 def groups_of(path: Path, whole: bool = False) -> list[Part]:
@@ -233,8 +232,7 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
     target = find_mesh(name.strip(), folder)
     if target is None:
         raise InputError(f"collision mesh {name[:80]!r}: expected in the file's folder or its package")
-    scale = np.array(sizes["scale"] or [1.0])
-    return [(vertices * scale, faces) for vertices, faces in groups_of(target)]
+    return [scaled(part, sizes["scale"] or None) for part in groups_of(target)]
 
 
 LOADERS = {".urdf": urdf_links, ".sdf": sdf_links, ".xml": mjcf_links, ".mjcf": mjcf_links}

@@ -94,6 +94,22 @@ def test_urdf_is_read_with_the_declarations_that_people_write(tmp_path, head, ca
     assert np.allclose(np.ptp(geometry.vertices, axis=0), (0.1, 0.2, 0.3)) and not caplog.records
 
 
+@pytest.mark.parametrize("kind", ["urdf", "glb"])
+def test_a_mirrored_part_is_seen_from_outside(tmp_path, kind):
+    require_reader(kind)
+    box, mirror = trimesh.creation.box((0.1, 0.2, 0.3)), np.diag([-1.0, 1, 1, 1])
+    box.apply_translation((1, 0, 0)).export(tmp_path / "box.stl")
+    mesh = "<mesh filename='box.stl' scale='-1 1 1'/>"
+    data = f"<robot name='a'><link name='b'><visual><geometry>{mesh}</geometry></visual></link></robot>"
+    if kind != "urdf":
+        scene = trimesh.Scene()
+        scene.add_geometry(box, transform=mirror)
+        data = scene.export(file_type=kind)
+    geometry = read(tmp_path, f"a.{kind}", data)
+    assert trimesh.Trimesh(geometry.vertices, geometry.faces, process=False).volume == pytest.approx(0.006)
+    assert geometry.vertices[:, 0].mean() == pytest.approx(-1)
+
+
 def test_urdf_may_have_spheres_of_radius_zero(tmp_path):
     """They mark a point, as the toes of PyBullet's Laikago."""
     require_reader("urdf")

@@ -38,10 +38,21 @@ def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
         transform, name = scene.graph[node]
         part = scene.geometry[name]
         if len(getattr(part, kind, ())):
-            faces = getattr(part, "faces", np.empty((0, 3), dtype=np.int64))
+            faces = np.asarray(getattr(part, "faces", np.empty((0, 3))), dtype=np.int64)
             vertices = transform_points(np.asarray(part.vertices, dtype=np.float64), transform)
-            parts.append((vertices, np.asarray(faces, dtype=np.int64)))
+            parts.append((vertices, turned_over(faces, transform[:3, :3])))
     return parts
+
+
+def turned_over(faces: np.ndarray, transform: np.ndarray) -> np.ndarray:
+    """Return faces (M, 3) that are seen from the same side after a transform (3, 3), which may mirror."""
+    return faces[:, ::-1] if np.linalg.det(transform) < 0 else faces
+
+
+def scaled(part: Part, scale: Any) -> Part:
+    """Return a part scaled along its axes by one factor, by three, or, if ``scale`` is None, not at all."""
+    factors = np.broadcast_to(1.0 if scale is None else np.asarray(scale, dtype=np.float64), 3)
+    return part[0] * factors, turned_over(part[1], np.diag(factors))
 
 
 def primitive(kind: str, **sizes: Any) -> Part:

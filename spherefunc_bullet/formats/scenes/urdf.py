@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import FormatError
 from ..sources import Geometry, Source, inside, read_geometry
-from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive
+from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive, scaled
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -118,15 +118,14 @@ def _source(name: str, folder: Path) -> Source:
 def geometry_part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
     """Return the vertices and faces of a URDF geometry in its own frame; ``read`` returns those of a mesh by name."""
     if shape.mesh is not None:
-        vertices, faces = read(shape.mesh.filename)
-        return vertices * (1.0 if shape.mesh.scale is None else np.asarray(shape.mesh.scale, dtype=np.float64)), faces
+        return scaled(read(shape.mesh.filename), shape.mesh.scale)
     if shape.box is not None:
         return primitive("box", extents=shape.box.size)
     if shape.cylinder is not None:
         return primitive("cylinder", radius=shape.cylinder.radius, height=shape.cylinder.length)
     if shape.sphere is not None:
-        vertices, faces = primitive("icosphere", radius=1.0)  # one of radius 0, which marks a point, would be NaN
-        return vertices * shape.sphere.radius, faces
+        # One of radius 0, which marks a point, would be NaN.
+        return scaled(primitive("icosphere", radius=1.0), shape.sphere.radius)
     raise FormatError("expected a mesh, box, cylinder or sphere to be visible, got another shape")
 
 
