@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import field, fields
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 
@@ -60,6 +62,19 @@ def explaining(line: str, *kinds: type[Exception], why: str = "") -> Iterator[No
         yield
     except kinds as error:
         raise InputError(f"{line}{why}{error if why else ''}") from error
+
+
+@contextmanager
+def blaming(subject: str) -> Iterator[None]:
+    """Raise `Unexpected` with one line about a subject in place of what only its programmer can mend."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except (Exception, SystemExit) as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        line = f"{subject}: expected a result, got {type(error).__name__}: {one_line(error)}"
+        raise Unexpected(f"{line} ({Path(last.filename).name}, line {last.lineno})") from error
 
 
 FAILURES = tuple(error.outcome for error in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))

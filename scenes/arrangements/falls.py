@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from spherefunc_bullet.clouds.cloud import MAX_GAP, MIN_POINTS, Cloud, Mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.sources import joined_meshes
-from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator
+from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator, drop_on
 
 from .placing import ArrangedObject
 
@@ -206,7 +206,7 @@ def falls_on(
     clouds: Sequence[Cloud], union: Cloud, simulator: Simulator, settings: DropSettings, seed: int
 ) -> tuple[DropResult, ArrangedDrops]:
     """Return a run on several clouds that are one cloud to the simulator, and which of them carries each sphere."""
-    result = simulator.drop(union, settings, seed)
+    result = drop_on(union, simulator, settings, seed)
     if len(result.columns) != result.drops:
         raise InputError(f"backend {simulator.name!r}: expected one that reports where each drop began")
     settled = result.outcomes == Outcome.SETTLED

@@ -13,7 +13,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.simulator import DropSettings, Simulator, isolated, make_simulator
+from spherefunc_bullet.simulator import DropSettings, Simulator, drop_on, isolated, make_simulator
 
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
@@ -57,7 +57,7 @@ def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float
 
 def centers_on(scene: Cloud, simulator: Simulator, settings: DropSettings, seed: int) -> np.ndarray:
     """Return the centres (S, 3) of the spheres of one run that rest on the scene itself, metres."""
-    result = simulator.drop(scene, settings, seed)
+    result = drop_on(scene, simulator, settings, seed)
     return result.centers[result.on_object]
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-import traceback
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, Unexpected, one_line
+from ..errors import InputError, blaming, one_line
 from ..formats.npz import packed, read_entry
 from ..formats.sources import Source, as_source
 from ..settling.cached_runs import DropConfig
@@ -86,7 +85,7 @@ def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
         If the file cannot be used, the disk is full, or this package or the backend has an error.
     """
     rows = []
-    try:
+    with blaming(str(task.path)):  # an error of the backend with this object must not end the run
         source = task.source or as_source(task.path)
         content, cloud = task.drop_config.content_hash(source), cache(lambda: task.drop_config.cloud(source))
         for way, radius in task.radii.items():
@@ -96,12 +95,6 @@ def settled_rows(task: SimulationTask, folder: RunFolder) -> list[LedgerRow]:
                 arrays = task.drop_config.run(cloud(), radius)
                 folder.put(run, packed(arrays))
             rows.append(done_row(task, way, content, run, arrays))
-    except (InputError, MemoryError):
-        raise
-    except (Exception, SystemExit) as error:  # an error of the backend with this object must not end the run
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(last.filename).name}, line {last.lineno}"
-        raise Unexpected(f"{task.path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
     return rows
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
+from ..errors import blaming
 from ..formats.units import format_length, parse_length, parse_numbers
 from . import options
 
@@ -75,7 +76,8 @@ def carried_file(
     from ..clouds.cloud import load_cloud
 
     cloud = load_cloud(file, up=up, units=units, report=say)
-    return cloud, simulator.carry(cloud, settings, seed)
+    with blaming(f"{cloud.name}: backend {simulator.name!r}"):
+        return cloud, simulator.carry(cloud, settings, seed)
 
 
 def row_of(file: Path, result: CarryResult) -> Row:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
+from ..errors import blaming
 from . import options
 
 if TYPE_CHECKING:
@@ -77,7 +78,8 @@ def posed_file(
 
     started = time.perf_counter()
     cloud = load_cloud(file, up="z", units=units, report=say)  # rotations are from the file's own frame
-    result = simulator.poses(cloud, settings, seed)
+    with blaming(f"{cloud.name}: backend {simulator.name!r}"):
+        result = simulator.poses(cloud, settings, seed)
     return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
 
 

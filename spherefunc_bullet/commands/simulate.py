@@ -71,13 +71,14 @@ def drop_on_file(
     """Return the summary and the result of each run on a file up to the first error, and that error."""
     from ..clouds.cloud import load_cloud
     from ..settling.settling import warm_up
+    from ..simulator import drop_on
 
     done = []
     try:
         cloud = load_cloud(file, up=up, units=units, report=say)
         warm_up(simulator)  # so that the seconds do not include compilation
         for settings in runs:
-            result = simulator.drop(cloud, settings, seed)
+            result = drop_on(cloud, simulator, settings, seed)
             done.append((summary(file, cloud, result), result))
     except InputError as error:
         return done, error

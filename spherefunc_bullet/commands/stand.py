@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
+from ..errors import blaming
 from ..formats.units import format_length, format_mass, parse_length
 from . import options
 
@@ -72,7 +73,8 @@ def stood_file(
     from ..settling.resting_places import resting_places
 
     cloud = load_cloud(file, up=up, units=units, report=say)
-    return cloud, simulator.stands(cloud, settings, resting_places(cloud, radius, seed), seed)
+    with blaming(f"{cloud.name}: backend {simulator.name!r}"):
+        return cloud, simulator.stands(cloud, settings, resting_places(cloud, radius, seed), seed)
 
 
 def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:

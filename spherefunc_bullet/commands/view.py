@@ -164,10 +164,10 @@ def dropped(
     cloud: Cloud, simulator: Simulator, radii: Sequence[float], max_spheres: int, seed: int
 ) -> list[DropResult]:
     """Return the result of a run on a cloud at each radius; for a worker."""
-    from ..simulator import DropSettings
+    from ..simulator import DropSettings, drop_on
 
     runs = [DropSettings(radius=radius, max_spheres=max_spheres) for radius in radii]
-    return [simulator.drop(cloud, settings, seed) for settings in runs]
+    return [drop_on(cloud, simulator, settings, seed) for settings in runs]
 
 
 def settle_on_all(objects: Sequence[ViewedObject], classifier: CloudClassifier, failures: Failures):

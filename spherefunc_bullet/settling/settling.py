@@ -13,7 +13,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, Mesh
 from ..clouds.preparation import headed, surround_centre
 from ..errors import InputError, one_line, require_amount
-from ..simulator import DropSettings, Simulator, make_simulator, one_by_one, sphere_limit
+from ..simulator import DropSettings, Simulator, drop_on, make_simulator, one_by_one, sphere_limit
 from ..simulator.mechanics import LEVEL, Material, StandSettings
 from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
@@ -67,11 +67,11 @@ def drop_if_useful(
         return no_drops(radius, run_limit), 0.0, 0
     if run_limit.drops is None:
         simulator = one_by_one(simulator)
-        result = simulator.drop(cloud, drop_settings(simulator, radius, run_limit), seed)
+        result = drop_on(cloud, simulator, drop_settings(simulator, radius, run_limit), seed)
         drops = replace(resting_drops(radius, result.centers.astype(np.float32)), provenance=result.provenance)
         return drops, result.seconds, result.drops
     cloud, angle = headed(cloud)
-    result = simulator.drop(cloud, drop_settings(simulator, radius, run_limit), seed)
+    result = drop_on(cloud, simulator, drop_settings(simulator, radius, run_limit), seed)
     drops = drops_of(result, cloud.thinned(DENSE * radius), radius).turned(-angle)
     return drops, result.seconds, result.drops
 
@@ -123,7 +123,7 @@ def warm_up(simulator: Simulator, run_limit: RunLimit = LIMITED):
         return
     _warm.add(kind)
     with suppress(InputError):  # the run on the object will report what is wrong
-        simulator.drop(small_plate(), DropSettings(radius=0.02, max_spheres=1, max_drops=few))
+        drop_on(small_plate(), simulator, DropSettings(radius=0.02, max_spheres=1, max_drops=few))
 
 
 def small_plate() -> Cloud:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import CheckedSettings, InputError, amount, explaining, one_line, require_amount
+from ..errors import CheckedSettings, InputError, amount, blaming, explaining, one_line, require_amount
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
@@ -237,6 +237,12 @@ class Columns:
         numbers = np.arange(self.drawn, self.drawn + count)[:, None]
         self.drawn += count
         return self.low + (self.shift + numbers * R2) % 1.0 * (self.high - self.low)
+
+
+def drop_on(cloud: Cloud, simulator: Simulator, settings: DropSettings, seed: int = 0) -> DropResult:
+    """Drop spheres on a cloud; InputError names it and the simulator for whatever a backend of others may raise."""
+    with blaming(f"{cloud.name}: backend {simulator.name!r}"):
+        return simulator.drop(cloud, settings, seed)
 
 
 def isolated(simulator: Simulator) -> bool:

@@ -243,11 +243,13 @@ def test_workers_load_nothing_that_lies_in_the_current_folder(models, script, tm
     assert [row["file"] for row in json.loads(stdout)] == ["one.npz"] and "current folder" not in stderr
 
 
-def test_bug_in_a_backend_is_a_traceback_and_code_one(models, script):
-    models("bug")
-    process = script("simulate", "bug.npz", "--backend", "mishap")
+def test_a_bug_in_a_backend_is_one_line_and_costs_one_object(models, script):
+    models("bug", "post")
+    process = script("simulate", "bug.npz", "post.npz", "--backend", "mishap", "--json")
     stdout, stderr = process.communicate()
-    assert process.returncode == 1 and stdout == "" and "in happen" in stderr and "a bug of ours" in stderr
+    assert process.returncode == 2 and [row["file"] for row in json.loads(stdout)] == ["post.npz"]
+    line = "spherefunc: bug.npz: backend 'mishap': expected a result, got ValueError: a bug of ours (mishaps.py, line "
+    assert stderr.startswith(line) and stderr.count("\n") == 1
 
 
 @pytest.mark.slow

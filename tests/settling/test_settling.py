@@ -12,7 +12,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, Unexpected
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
@@ -69,6 +69,38 @@ def test_code_has_run_once_before_it_is_timed(length):
     first, *timed = simulator.results
     assert simulator.limits[0] == (None if length.drops is None else 1)
     assert (first.drops, first.settled) == (1, 1) and len(timed) == 2 and min(run.drops for run in timed) >= 20
+
+
+class Faulty(Watched):
+    """A backend whose author has still to find an error."""
+
+    name = "faulty"
+
+    def drop(self, cloud, *_):
+        return {}["contacts"]
+
+    poses = stands = carry = drop
+
+
+def test_an_error_in_a_backend_names_the_object_and_the_backend(tmp_path):
+    """It ended commands with a traceback; now it costs one object, as in a batch."""
+    from spherefunc_bullet.commands import carry, poses, simulate, stand, view
+
+    path, simulator, run = tmp_path / "mug.npz", Faulty(), DropSettings(radius=0.01)
+    np.savez(path, points=clouds.mug().points)
+    words = r"^mug\S*: backend 'faulty': expected a result, got KeyError: 'contacts' \(test_settling.py, line \d+\)$"
+    calls = [
+        lambda: settling.measured_run(clouds.mug(), simulator, 0.01, 0),
+        lambda: view.dropped(clouds.mug(), simulator, [0.01], 9, 0),
+        lambda: poses.posed_file(path, simulator, None, None, 0, "m"),
+        lambda: stand.stood_file(path, simulator, None, 0.01, 0, "z", "m"),
+        lambda: carry.carried_file(path, simulator, None, 0, "z", "m"),
+    ]
+    for call in calls:
+        with pytest.raises(Unexpected, match=words):
+            call()
+    done, error = simulate.drop_on_file(path, simulator, [run], 0, "z", "m")
+    assert not done and isinstance(error, Unexpected)
 
 
 def test_the_plate_to_warm_up_with_is_where_its_surface_is():
