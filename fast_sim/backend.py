@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining, require_kind
 from spherefunc_bullet.simulator import DropResult, DropSettings, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
@@ -54,6 +54,7 @@ class FastSimulator(CheckedSettings):
         """
         from .drop_run import DropRun
 
+        require_kind("settings", settings, DropSettings)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         short_runs = cloud.cached("the short run of each radius by fast", dict[float, DropRun])

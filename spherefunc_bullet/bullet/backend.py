@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError, amount
+from ..errors import InputError, amount, require_kind
 from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
@@ -88,6 +88,7 @@ class BulletSimulator(Physics):
         from .dropping import DropRun
         from .world import World
 
+        require_kind("settings", settings, DropSettings)
         require_fitting(cloud, settings.radius)
         kind = self.kind_for(cloud, settings.radius)
         started = time.perf_counter()
