@@ -57,7 +57,7 @@ def rooms(
 
     failures, number, disorder = Failures(), parse_views(views), parse_lived_in(lived_in)
     resolution, dataset = Resolution(leaf=parse_length(fused) if fused else None, points=points), open_dataset(data)
-    _require_other_folder(dataset, directory)
+    _require_other_folder(dataset, data, directory)
     prepare_folder(directory)
     folder = RoomFolder(directory, dataset.name)
     rooms = furnish_lived_in(dataset, count, seed=seed, failed=failures.add, lived_in=disorder)
@@ -161,7 +161,7 @@ def select(
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
     dataset, failures = open_dataset(data), Failures()
-    _require_other_folder(dataset, directory)
+    _require_other_folder(dataset, data, directory)
     objects = [item for item in dataset.objects if not permissive or is_permissive(item.license)]
     sized = [item for item, size in _measured(objects, failures) if lower <= max(size) <= upper]
     chosen = [item for item in sized if _is_one_file(item.path, failures)]
@@ -200,7 +200,7 @@ def impair(
     from ..impairment.impairments import chosen_kinds
 
     failures, dataset, impairments = Failures(), open_dataset(data), chosen_kinds(kinds.split(",") if kinds else None)
-    _require_other_folder(dataset, directory)
+    _require_other_folder(dataset, data, directory)
     functions = dict.fromkeys(function for impairment in impairments for function in impairment.functions)
     some = [item for function in functions for item in evenly_spread(dataset.objects, function, copied)]
     dataset, failed = replace(dataset, objects=tuple(some)), failures.add
@@ -211,10 +211,12 @@ def impair(
     failures.exit()
 
 
-def _require_other_folder(dataset: Dataset, directory: Path) -> None:
-    """Raise InputError if the copies of a data set would replace its manifest."""
+def _require_other_folder(dataset: Dataset, data: str, directory: Path) -> None:
+    """Raise InputError if the copies of a data set would replace its manifest, or be more of its objects."""
+    from spherefunc_bullet.datasets.dataset import require_no_label
     from spherefunc_bullet.errors import InputError
 
+    require_no_label(str(directory), directory, Path(data))
     if dataset.folder is not None and dataset.folder.resolve() == directory.resolve():
         raise InputError(f"{directory}: expected another folder than that of the data set, whose labels would be lost")
 

@@ -81,14 +81,14 @@ def run(
     options.require_beside("--scheduler", scheduler is not None, here, far)
     from ..batch.batch import Batch, ObjectLimits
     from ..batch.folder import RunFolder
-    from ..datasets.dataset import open_dataset, parse_shard, shard_of
+    from ..datasets.dataset import open_dataset, parse_shard, require_no_label, shard_of
     from ..formats.units import parse_duration, parse_memory
 
     limits = ObjectLimits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
     how = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     part = parse_shard(shard)
     dataset = open_dataset(data)
-    require_no_label(folder, Path(data))
+    require_no_label(f"--run {folder}", folder / "settled", Path(data))
     batch = Batch(dataset=shard_of(dataset, part), drop_config=how, folder=RunFolder(folder))
     context = nullcontext()
     if scheduler is not None:
@@ -97,13 +97,6 @@ def run(
         context = on_scheduler(scheduler, batch.folder, limits, shared_path=shared_path)
     with context as work:
         run_and_report(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
-
-
-def require_no_label(run: Path, data: Path):
-    """Raise InputError for a run within a data set whose folders are labels: its centres would be objects of one."""
-    inside = data.resolve() in (run / "settled").resolve().parents
-    if inside and data.is_dir() and not (data / "manifest.csv").is_file():
-        raise InputError(f"--run {run}: expected a folder outside {data}, in which folders are labels")
 
 
 def run_and_report(batch: Batch, json: bool, **how):

@@ -86,6 +86,12 @@ def open_dataset(data: str | Path) -> Dataset:
     raise InputError(f"{data}: expected {kinds}; found {came}")
 
 
+def require_no_label(subject: str, folder: Path, data: Path):
+    """Raise InputError for a folder in a data set whose folders are labels: files in it would be objects of one."""
+    if data.resolve() in folder.resolve().parents and data.is_dir() and not (data / "manifest.csv").is_file():
+        raise InputError(f"{subject}: expected a folder outside {data}, in which folders are labels")
+
+
 def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
     """Return one data set with the objects of several, such as whole models and scans of them."""
     if len(datasets) == 1:

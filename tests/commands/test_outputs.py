@@ -184,6 +184,17 @@ def test_a_run_is_no_label_of_the_data_set(files, tmp_path, run):
     assert "in which folders are labels" in refused("batch", data, "--run", data / run)
 
 
+@pytest.mark.parametrize("command", ["select", "impair"])
+@pytest.mark.parametrize("folder", ["cup", "copies"])
+def test_copies_are_no_further_objects_of_the_data_set(files, tmp_path, command, folder):
+    """Copies of tables among the cups would be cups."""
+    data = tmp_path / "data"
+    (data / "cup").mkdir(parents=True)
+    files[0].rename(data / "cup" / "cup.xyz")
+    assert "in which folders are labels" in refused("dataset", command, data, data / folder)
+    assert [path.name for path in data.rglob("*.*")] == ["cup.xyz"]
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [
