@@ -48,6 +48,7 @@ def test_a_backend_that_is_none_is_answered_with_those_there_are(call):
 
 
 SETTINGS = sf.DropSettings(radius=0.01)
+CLOUD = sf.as_cloud(POINTS)
 IMAGE, CAMERA = np.full((48, 64), 2.0), [[50, 0, 32], [0, 50, 24], [0, 0, 1]]
 Histogram = sf.SphereHistogram
 WRONG_CALLS = [
@@ -64,8 +65,8 @@ WRONG_CALLS = [
     ("backend None: expected one of bullet, fast", lambda: sf.make_simulator(None)),
     ("expected one of bullet, fast", lambda: sf.make_simulator(type(sf.make_simulator("fast")))),
     ("cores: expected with a backend's name", lambda: sf.make_simulator(sf.make_simulator("fast"), cores=1)),
-    ("settings: expected a DropSettings, got 0.01", lambda: sf.make_simulator("fast").drop(sf.as_cloud(POINTS), 0.01)),
-    ("settings: expected a DropSettings, got 0.01", lambda: sf.make_simulator("bullet").drop(sf.as_cloud(POINTS), 0.01)),
+    ("settings: expected a DropSettings, got 0.01", lambda: sf.make_simulator("fast").drop(CLOUD, 0.01)),
+    ("settings: expected a DropSettings, got 0.01", lambda: sf.make_simulator("bullet").drop(CLOUD, 0.01)),
     ("cloud: expected a Cloud, got ndarray", lambda: sf.make_simulator("fast").drop(POINTS, SETTINGS)),
     ("cloud: expected a Cloud, got ndarray", lambda: sf.make_simulator("bullet").drop(POINTS, SETTINGS)),
     ("seed: expected a whole number", lambda: sf.make_simulator("fast").drop(sf.as_cloud(POINTS), SETTINGS, None)),
