@@ -179,6 +179,20 @@ def test_glb_that_declares_more_than_it_holds(check_refused):
     assert "without compression" in check_refused("draco.glb", glb_of(tree))
 
 
+def test_glb_that_trimesh_would_misread(check_refused):
+    """It reads whole numbers as metres, leaves out what sparse accessors change, and shows one of many instances."""
+    data = good("glb")
+    length = int.from_bytes(data[12:16], "little")
+    tree, body = json.loads(data[20 : 20 + length]), data[28 + length :]
+    accessor = tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
+    for name, value in {"normalized": True, "sparse": {"count": 1}}.items():
+        accessor[name] = value
+        assert f"got {name} ones" in check_refused("quantized.glb", glb_of(tree, body))
+        del accessor[name]
+    tree["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+    assert "and instancing" in check_refused("instances.glb", glb_of(tree, body))
+
+
 def test_glb_whose_nodes_run_in_a_circle(check_refused):
     vertices, faces = mug()
     data = good("glb")

@@ -18,7 +18,12 @@ Tree = dict[str, Any]  # a part of the file's JSON
 MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each counted as often as the scene shows it
 _ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+_PACKED = (
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+)
 _READABLE_MODES = (0, 1, 4, 5)  # points, lines (ignored), triangles, triangle strips
 
 
@@ -32,10 +37,10 @@ def _parse_tree(data: bytes) -> Tree:
 
 
 def _require_sizes(tree: Tree) -> None:
-    """Raise FormatError for unsupported compression, and for more data than a file of any size may declare."""
+    """Raise FormatError for what trimesh does not unpack, and for more data than a file of any size may declare."""
     packed = [name for name in _PACKED if name in tree.get("extensionsUsed", [])]
     if packed:
-        raise FormatError(f"expected plain geometry, got {packed[0]}; save it without compression")
+        raise FormatError(f"expected plain geometry, got {packed[0]}; save it without compression and instancing")
     accessors = tree.get("accessors", [])
     for accessor in accessors:
         if not isinstance(accessor["count"], int) or accessor["count"] < 0:
@@ -54,6 +59,8 @@ def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
     if primitive.get("mode", 4) not in _READABLE_MODES:
         raise FormatError("expected triangles or triangle strips, got another kind; save it as triangles")
     used = primitive["attributes"]["POSITION"]
+    if odd := [name for name in ("normalized", "sparse") if accessors[used].get(name)]:
+        raise FormatError(f"expected plain positions, got {odd[0]} ones, as of a quantized mesh; save it without that")
     return max(accessors[used]["count"], accessors[primitive.get("indices", used)]["count"])
 
 
