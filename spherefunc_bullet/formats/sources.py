@@ -71,7 +71,7 @@ class Source:
             raise InputError(f"{shown}: cannot be read: {reason}; check the path and its permissions") from error
         if not data:
             raise InputError(f"{shown}: expected a mesh or a cloud, got an empty file; was its download cut off?")
-        if self.kind:
+        if self.kind in READERS:  # a format that is not read, such as USDZ, may be any archive
             _require_own_signature(data, self.kind, one_line(self.path.name))
         return data
 

@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+import spherefunc_bullet as sf
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import files
 from spherefunc_bullet.formats.sources import READERS
@@ -145,6 +146,15 @@ def test_pcd_headers_that_declare_more_than_the_file_holds(check_refused):
     assert "damaged" in check_refused(
         "scan.pcd", bomb + b"DATA binary_compressed\n" + struct.pack("<II", 9, 16 * count % 2**32)
     )
+
+
+def test_an_archive_of_a_format_that_is_not_read(tmp_path):
+    """USDZ is ZIP, and has the ending of what it is."""
+    path = tmp_path / "chair.usdz"
+    path.write_bytes(b"PK\x03\x04" + bytes(500))
+    for answer in (read_geometry, sf.classify):
+        with pytest.raises(InputError, match="expected one of .ply, .*, got '.usdz'; convert it$"):
+            answer(path)
 
 
 def test_npz_bombs_and_pickles(check_refused):
