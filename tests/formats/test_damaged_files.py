@@ -14,8 +14,8 @@ from cloud_files import cloud_bytes, mesh_bytes, mug, npy_bytes, npz_bytes, pcd_
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import files
 from spherefunc_bullet.formats.sources import READERS
@@ -152,7 +152,7 @@ def test_an_archive_of_a_format_that_is_not_read(tmp_path):
     """USDZ is ZIP, and has the ending of what it is."""
     path = tmp_path / "chair.usdz"
     path.write_bytes(b"PK\x03\x04" + bytes(500))
-    for answer in (read_geometry, sf.classify):
+    for answer in (load_cloud, sf.classify):
         with pytest.raises(InputError, match="expected one of .ply, .*, got '.usdz'; convert it$"):
             answer(path)
 
