@@ -24,12 +24,11 @@ from .comparison import LARGER, KeepCriteria, ShapeRow, Subject, relative_size, 
 from .exposure import Fitting
 from .files import write_shape
 from .loaded import FileFrame, load_solids, no_report
-from .solid import Solid, of_pieces, surface
+from .solid import MOST_CORNERS, Solid, capped, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 BUDGET = 30.0  # seconds of processor time (so a busy machine finds the same) after which no candidate is started
 STRICT = KeepCriteria(share=0.95, moved=0.002)
-OTHERS = ("vhacd", "coacd")  # programs whose pieces are candidates as well; compounds have hundreds of pieces
 SAYS_COLLISION = (".urdf", ".sdf", ".xml")  # formats with collision geometry
 Tried = tuple[Solid, ShapeRow]
 
@@ -44,7 +43,8 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
     Parameters
     ----------
     compared : iterable of (Solid, ShapeRow)
-        Shapes measured before; fully measured decompositions by the programs in `OTHERS` are candidates as well.
+        Shapes measured before. The object's own collision shape and the pieces of other programs are candidates as
+        well, if they were fully measured; a compound is not, which has hundreds of pieces.
     """
     until, tried = time.process_time() + BUDGET, []
 
@@ -59,22 +59,35 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
             tried.append((solid, row_of(subject, solid, criteria, early=True)))
             if tried[-1][1].keeps:
                 break
-        if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
-            break  # nothing is cheaper than one convex piece
+        if tried[-1][1].keeps and [len(piece) <= MOST_CORNERS for piece in tried[-1][0].pieces or ()] == [True]:
+            break  # nothing is cheaper than one convex piece of few corners
     for solid, row in compared:
-        if row.measured and solid.pieces is not None and solid.name.split()[0] in OTHERS:
+        if row.measured and solid.pieces is not None and solid.name != "compound":
             tried.append((solid, with_verdict(row, subject, criteria)))
-    solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
+    solid, row = min(tried, key=costs)
     return (solid, row) if row.measured else (solid, row_of(subject, solid, criteria))
+
+
+def costs(tried: Tried) -> tuple[float, ...]:
+    """Return what the best shape has the least of; no step is timed of one on which no spheres rest, such as a ball."""
+    solid, row = tried
+    step = row.step_us if np.isfinite(row.step_us) else np.inf
+    return not row.keeps, shortfall(row), step, len(solid.vertices)
 
 
 def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator[list[tuple[str, Make]]]:
     """Yield the candidates of each kind, by name, the coarsest first."""
     if still:
         yield [("mesh", partial(of_mesh, subject.cloud))]
-    yield [("hull", partial(of_hull, subject.cloud))]
+    yield [("hull", partial(blunt_hull, subject)), ("hull", partial(of_hull, subject.cloud))]
     fitting = Fitting(subject, enough)
     yield [(f"fitted {scale:g}", partial(fitting.pieces, scale)) for scale in SCALES]
+
+
+def blunt_hull(subject: Subject) -> Solid:
+    """Return the convex hull with at most `MOST_CORNERS` corners; a scan's has thousands."""
+    hull = of_hull(subject.cloud)
+    return hull if len(hull.vertices) <= MOST_CORNERS else of_pieces("hull", [capped(hull.vertices)])
 
 
 def shortfall(row: ShapeRow) -> float:

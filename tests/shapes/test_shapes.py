@@ -228,6 +228,23 @@ def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(su
     assert best_shape(subject, STRICT, compared=[(other, cheap)])[0] is other
     assert best_shape(subject, STRICT, compared=[(other, dear)])[0] is not other
     assert best_shape(subject, STRICT, compared=[(other, replace(cheap, level_kept=0.5))])[0] is not other
+    own = replace(solid, name="base_link")  # the collision shape of the object's own file
+    assert best_shape(subject, STRICT, compared=[(own, cheap)])[0] is own
+    assert best_shape(subject, STRICT, compared=[(replace(solid, name="compound"), cheap)])[0].name == "staves"
+    untimed = replace(row, step_us=np.nan)  # as of a ball, on which no spheres rest
+    assert (
+        compared.costs((solid, row))
+        < compared.costs((solid, untimed))
+        < compared.costs((replace(solid, vertices=np.zeros((999, 3))), untimed))
+    )
+
+
+def test_a_hull_that_is_written_has_few_corners():
+    from spherefunc_bullet.shapes.compared import kinds
+
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
+    hulls = next(kinds(Subject(cloud_from_mesh(ball.vertices, ball.faces, "ball")), bool, still=False))
+    assert [(name, len(make().vertices)) for name, make in hulls] == [("hull", 64), ("hull", 162)]  # all if they must
 
 
 @pytest.mark.slow
