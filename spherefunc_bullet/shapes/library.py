@@ -7,10 +7,12 @@ import hashlib
 import io
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import __version__
 from ..console import say
 from ..errors import InputError, one_line
 from ..formats.files import write_bytes
@@ -51,7 +53,7 @@ class LibraryOptions:
 
     def key(self, file: Path) -> str:
         """Return the name of the cached result for a file, from the content of all that is read."""
-        digest = hashlib.sha256(f"{file.absolute()} {sorted(asdict(self).items())}".encode())
+        digest = hashlib.sha256(f"{__version__} {file.absolute()} {sorted(asdict(self).items())}".encode())
         for part in (*as_source(file).digests(), collision_digest(self.collision or file)):
             digest.update(part)
         return f"{file.stem}-{digest.hexdigest()[:12]}.json"
@@ -77,7 +79,7 @@ def library_result(file: Path, options: LibraryOptions) -> Result:
 def kept_result(file: Path, options: LibraryOptions, cache: Path) -> Result:
     """Return the result of one object from the cache folder, where it is kept; called in a worker."""
     known = cache / options.key(file)
-    if known.is_file():
+    with suppress(OSError, ValueError, TypeError):  # none is kept, or it is damaged
         result = json.loads(known.read_text(encoding="utf-8")) | {"file": str(file)}
         if "best" not in result or Path(result["best"]["file"]).is_file():
             return result

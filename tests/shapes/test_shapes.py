@@ -519,6 +519,12 @@ def test_a_kept_result_is_that_of_all_files_that_were_read(tmp_path, monkeypatch
     assert result()["call"] == result()["call"] == 1
     (tmp_path / "best.urdf").unlink()
     assert result()["call"] == 2
+    for damage in ("", '{"file":', "[]"):
+        for kept in (tmp_path / "kept").iterdir():
+            kept.write_text(damage)
+        assert result()["call"] == result()["call"]
+    monkeypatch.setattr(library, "__version__", "another")  # it may measure otherwise
+    assert result()["call"] == 6
 
 
 def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
