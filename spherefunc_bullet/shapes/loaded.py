@@ -182,14 +182,15 @@ def geom_part(model: Any, geom: int) -> Part | None:
 
 def sdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or one per group."""
-    links = defaultdict(list)
-    for model in plain_xml(path.read_bytes()).iter("model"):
-        for link in model.findall("link"):
-            for node in link.findall("collision"):
-                place = pose_of(link, "__model__") @ pose_of(node, link.get("name", ""))
-                for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
-                    placed = vertices @ place[:3, :3].T + place[:3, 3]
-                    links[link.get("name", path.stem)].append((placed, faces, False))
+    links, tree = defaultdict(list), plain_xml(path.read_bytes())
+    if (others := sum(1 for tag in ("model", "include") for _ in tree.iter(tag)) - 1) > 0:
+        raise InputError(f"expected one model, got {others} more in it or beside it; join them")
+    for link in tree.findall(".//model/link"):
+        for node in link.findall("collision"):
+            place = pose_of(link, "__model__") @ pose_of(node, link.get("name", ""))
+            for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
+                placed = vertices @ place[:3, :3].T + place[:3, 3]
+                links[link.get("name", path.stem)].append((placed, faces, False))
     return links
 
 

@@ -424,6 +424,8 @@ def test_a_pose_of_an_sdf_is_read_as_it_is_written(tmp_path, pose):
         ("<pose>1 0 0", "<pose relative_to='b'>1 0 0", "got one relative to 'b'"),
         ("<box><size>0.4 0.2 0.1</size></box>", "<capsule><radius>1</radius></capsule>", "got capsule"),
         ("<box><size>0.4 0.2 0.1</size></box>", "<mesh><uri>a</uri><submesh/></mesh>", "got submesh"),
+        ("</model>", "<model name='lid'><pose>0 0 1 0 0 0</pose></model></model>", "expected one model, got 1 more"),
+        ("</model>", "</model><model name='other'/><include/>", "expected one model, got 2 more"),
     ],
 )
 def test_what_an_sdf_says_and_is_not_read_is_refused(tmp_path, text, other, words):
