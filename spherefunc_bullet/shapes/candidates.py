@@ -6,7 +6,7 @@ The name of a candidate contains its parameter: ``voxel 5mm``, ``vhacd 32``, ``c
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
@@ -15,7 +15,7 @@ import numpy as np
 
 from ..bullet.collision.shape import collision_shape
 from ..clouds.cloud import Cloud
-from ..errors import InputError
+from ..errors import InputError, require_amount
 from ..formats.units import format_length
 from .solid import MOST_CORNERS, Solid, of_pieces, surface
 
@@ -27,7 +27,7 @@ MISSING = "shape '{}' needs its package: pip install 'spherefunc-bullet[{}]'"
 Make = Callable[[], Solid]
 
 
-def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> dict[str, Make]:
+def candidates(cloud: Cloud, radius: float, coacd: float | Sequence[float] = ()) -> dict[str, Make]:
     """Return functions that make the candidates for a cloud with a mesh, by name, the more expensive ones first.
 
     Parameters
@@ -35,7 +35,7 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
     cloud : Cloud
     radius : float, metres
         Of the spheres for which the shapes are made.
-    coacd : floats
+    coacd : float or floats
         Thresholds of CoACD, 0.01 to 1; each may take minutes.
 
     Raises
@@ -50,11 +50,12 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
     makes["compound"] = partial(of_cloud, cloud, radius, "compound", None)
     if has_vhacd():
         makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
-    if coacd and find_spec("coacd") is None:  # reported before the slow work
+    thresholds = np.atleast_1d(coacd).tolist()
+    if thresholds and find_spec("coacd") is None:  # reported before the slow work
         raise InputError(MISSING.format("coacd", "coacd"))
-    if odd := [threshold for threshold in coacd if not THRESHOLDS[0] <= threshold <= THRESHOLDS[1]]:
-        raise InputError(f"coacd {odd[0]:g}: expected thresholds of {THRESHOLDS[0]:g} to {THRESHOLDS[1]:g}")
-    makes |= {f"coacd {threshold:g}": partial(of_coacd, cloud, threshold) for threshold in coacd}
+    for threshold in thresholds:
+        require_amount("coacd", threshold, least=THRESHOLDS[0], most=THRESHOLDS[1])
+        makes[f"coacd {threshold:g}"] = partial(of_coacd, cloud, threshold)
     makes["hull"] = partial(of_hull, cloud)
     return makes
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_cloud, geometry_of
 from ..clouds.orientation import Report, to_metres, to_z_up
-from ..errors import InputError, one_line
+from ..errors import InputError, one_line, require_amount
 from ..formats.sources import Geometry, joined_meshes
 from ..formats.units import BY_FILE
 from ..simulator.mechanics import Material
@@ -185,7 +185,7 @@ def compare_shapes(
     collision: str | Path | None = None,
     *,
     shapes: bool = True,
-    coacd: tuple[float, ...] = (),
+    coacd: float | Sequence[float] = (),
     keep: float | None = None,
     units: str = "m",
     up: str = BY_FILE,
@@ -201,7 +201,7 @@ def compare_shapes(
         A URDF, SDF, MJCF or mesh, in the same frame, loaded as PyBullet (MJCF: as MuJoCo) loads it.
     shapes : bool
         Whether candidates are made and compared too: mesh, voxels, compound, V-HACD, hull.
-    coacd : floats
+    coacd : float or floats
         Thresholds of CoACD, which takes minutes.
     keep : float
         The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, and for the best shape 0.95
@@ -212,8 +212,8 @@ def compare_shapes(
     InputError
         If something cannot be used, the object is not a mesh, or the collision geometry is of another size.
     """
-    if keep is not None and not 0 < keep <= 1:
-        raise InputError(f"keep {keep}: expected more than 0 and at most 1")
+    if keep is not None:
+        require_amount("keep", keep, above=0.0, most=1.0)
     cloud = as_cloud(anything, units=units, up=up, report=report)
     kept = KeepCriteria() if keep is None else KeepCriteria(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
