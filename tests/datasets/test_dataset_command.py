@@ -168,11 +168,11 @@ def test_objects_of_gltf_are_as_high_as_they_stand(run, tmp_path):
 
 
 def test_select_does_not_copy_half_an_object(run, tmp_path):
-    (tmp_path / "cup").mkdir()
+    (tmp_path / "data" / "cup").mkdir(parents=True)
     box = trimesh.Scene(trimesh.creation.box((0.1, 0.3, 0.2)))
     for name, content in trimesh.exchange.gltf.export_gltf(box).items():
-        (tmp_path / "cup" / name).write_bytes(content)
-    box.export(tmp_path / "cup" / "whole.glb")
-    done = run("select", tmp_path, tmp_path / "some", "--up-to", "5m", "--json")
+        (tmp_path / "data" / "cup" / name).write_bytes(content)
+    box.export(tmp_path / "data" / "cup" / "whole.glb")
+    done = run("select", tmp_path / "data", tmp_path / "some", "--up-to", "5m", "--json")
     assert done.exit_code == 2 and json.loads(done.stdout)["objects"] == 1
     assert "model.gltf: expected one file to copy, it names" in done.stderr and "save it as GLB" in done.stderr
