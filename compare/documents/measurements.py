@@ -87,12 +87,20 @@ def rooms(name: str, options: str) -> Measurement:
     return measured(name, command, *IN_ROOMS, files=(FOR_SCANS,), **PRINTED)
 
 
-def fused(name: str, data: str, seed: int) -> Measurement:
-    """Return the measurement of depth images fused in virtual rooms."""
-    command = f"python -m spherefunc_bullet.compare.rooms.fused_frames {data} --seed {seed}"
-    return measured(f"fused-{name}", command, *IN_ROOMS, "scenes/fusion/*.py", files=(FOR_SCANS,), **PRINTED)
+def fused(name: str, program: str, data: str, seed: int, **how: Any) -> Measurement:
+    """Return the measurement of depth images fused in virtual rooms by one of the programs of ``compare/rooms``."""
+    command = f"python -m spherefunc_bullet.compare.rooms.{program} {data} --seed {seed}"
+    return measured(name, command, *IN_ROOMS, "scenes/fusion/*.py", files=(FOR_SCANS,), **how)
 
 
+FRAMES = (
+    fused("fused-models", "fused_frames", MODELS, 31, **PRINTED),
+    fused("fused-household", "fused_frames", "household", 32, **PRINTED),
+)
+UPDATES = (
+    fused("updates-models", "fused_updates", MODELS, 51, **TIMED),
+    fused("updates-household", "fused_updates", "household", 52, **TIMED),
+)
 COMPARED = measured(
     "compare-cubes",
     f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
@@ -115,7 +123,8 @@ SHOWN = (
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
     shown("rooms-views", ROOMS, rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")),
     shown("rooms-noise", ROOMS, rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")),
-    shown("fused-frames", "docs/scenes.md", fused("models", MODELS, 31), fused("household", "household", 32)),
+    shown("fused-frames", "docs/scenes.md", *FRAMES),
+    shown("fused-updates", "docs/scenes.md", *UPDATES),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
 )

@@ -37,7 +37,7 @@ SPARE = 8  # poses, in place of those from which a camera sees too little
 LEAST_SEEN = 0.5  # of a coarse image's pixels
 REMOVED_AFTER = 6  # images, and as many of the room without the object
 
-FunctionCounts = defaultdict[tuple[int, str, str], MatchCounts]  # by number of images, way and function
+FunctionCounts = defaultdict[tuple[int | str, str, str], MatchCounts]  # by images or part of a round, way, function
 
 
 class FusedRoom:

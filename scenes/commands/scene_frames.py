@@ -85,7 +85,7 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
                 fusion.objects()
     if not fusion.views:
         raise InputError(f"{len(source.frames)} images: expected at least one that can be used, found none")
-    return fusion.objects()
+    return fusion.objects(whole=True)
 
 
 def fused_json(fusion: SceneFusion, source: Frames, objects: list[FusedObject]) -> dict[str, object]:

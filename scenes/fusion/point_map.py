@@ -11,12 +11,14 @@ from spherefunc_bullet.errors import CheckedSettings, amount
 
 from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics
+from ..segmentation.segmentation import LEFT_OVER
 
 POOL = 4  # pixels along the side of a window; narrower gaps are no evidence
 LEAST_FILLED = 0.5  # of a window's pixels that have a depth
 MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
 MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
 UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
+NEW = -4  # label of a voxel that no update has looked at; see `segmentation` for the others
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +101,8 @@ class PointMap:
         self.weights = np.zeros(0)  # (N,) float64, sum of the weights of the points seen there
         self.present = np.zeros(0)  # (N,) float64, images that show a surface there,
         self.free = np.zeros(0)  # and that look through it
+        self.labels = np.zeros(0, np.int32)  # (N,) as the last update found them
+        self.gone = np.zeros((0, 3))  # (K, 3) float64, metres: points, not of floor or walls, forgotten since then
 
     def add(self, depth: np.ndarray, view: View):
         """Add a depth image (H, W) float, metres, NaN where nothing was measured."""
@@ -115,6 +119,9 @@ class PointMap:
         before, now = voxels.cell_of[:known], voxels.cell_of[known:]
         self.present = np.bincount(before, self.present, count) + (np.bincount(now, minlength=count) > 0)
         self.free = np.bincount(before, self.free, count)
+        labels = np.full(count, NEW, np.int32)
+        labels[before] = self.labels
+        self.labels = labels
 
     def forget(self, points: np.ndarray, views: Sequence[View]):
         """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""
@@ -125,10 +132,15 @@ class PointMap:
         gone[gone] = ~np.any(there, axis=0)
         self.keep(~gone)
 
+    def relabel(self, labels: np.ndarray, still_gone: np.ndarray | slice = slice(0)):
+        """Set the label of each voxel (N,) int32, and keep some (K,) bool of the forgotten points; by default none."""
+        self.labels, self.gone = labels, self.gone[still_gone]
+
     def keep(self, chosen: np.ndarray):
         """Keep some voxels (N,) bool, and forget the others."""
-        kept = (each[chosen] for each in (self.points, self.weights, self.present, self.free))
-        self.points, self.weights, self.present, self.free = kept
+        self.gone = np.vstack([self.gone, self.points[~chosen & ((self.labels >= 0) | (self.labels == LEFT_OVER))]])
+        columns = self.points, self.weights, self.present, self.free, self.labels
+        self.points, self.weights, self.present, self.free, self.labels = (each[chosen] for each in columns)
 
 
 def smoothed_depth(depth: np.ndarray, size: int) -> np.ndarray:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from spherefunc_bullet.errors import InputError, require_kind, require_known
 from spherefunc_bullet.formats.units import Stopwatch
@@ -17,21 +18,29 @@ from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
 from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
-from ..recognition.recognition import Room, recognise
+from ..recognition.recognition import TABLE_TOP, Room, RoomFrame, recognise
+from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_depth
 from ..scans.gravity import up_vector
-from ..scans.scan import Scan, scan_from_points
+from ..scans.levelling import Levelling, level
+from ..scans.scan import Scan, require_surfaces, scan_from_points
 from ..segmentation.clusters import Box
-from ..segmentation.segmentation import Segmentation
+from ..segmentation.segmentation import LEFT_OVER, Segmentation, find_shell
+from .changes import Region, changed_region, renewed
 from .point_map import FusionSettings, PointMap, View, smoothed_depth, view_of
 from .tracking import KnownObject, Tracker, motion
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
+# More threads would spend more time waiting than computing, as in `recognise`.
+one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")
+
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
 _VOXELS = 1_000_000  # from the origin to a camera, at most: voxels farther than that have no number
 _KEPT = 1000  # newest images of which a view is kept: 150 MB for 640 x 480 pixels
+_GROWN = 1.25  # times the voxels at the last look at all of the map, above which all is looked at again,
+_PART = 0.5  # or of the voxels, around what has changed
 _HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
 
@@ -91,11 +100,15 @@ class SceneFusion:
         self.views: deque[View] = deque(maxlen=_KEPT)  # of the newest images
         self.count = 0  # number of images,
         self.updated = 0  # and at the last update
+        self.looked_at = 0  # number of voxels when all of the map was recognised last
+        self.frame: RoomFrame | None = None  # found then
         self.room: Room | None = None  # of the last update
+        self.ids: dict[int, int] = {}  # of its objects, by their labels
         self.scan: Scan | None = None  # its points
         self._last: tuple[np.ndarray, np.ndarray] | None = None  # depth and pose, for odometry
         self.stages: dict[str, float] = {}  # seconds of the last image and the last update
 
+    @one_blas_thread
     def add(
         self, depth: ArrayLike, intrinsics: Intrinsics | ArrayLike, pose: ArrayLike | None = None, name: str = "depth"
     ) -> SceneFusion:
@@ -147,8 +160,15 @@ class SceneFusion:
             raise InputError(f"{name}: expected images of one size for odometry, got {came}; give poses")
         return T_world_before @ motion(depth, before, camera, name, farthest=self.fusion.farthest)
 
-    def objects(self) -> list[FusedObject]:
+    @one_blas_thread
+    def objects(self, whole: bool = False) -> list[FusedObject]:
         """Recognise the objects of the current map and return them; known objects keep their ids.
+
+        Parameters
+        ----------
+        whole : bool
+            Whether all of the map is looked at. Otherwise objects are recognised anew only where the map has changed,
+            until it has grown by a quarter, or half of it is around what has changed.
 
         Raises
         ------
@@ -162,15 +182,54 @@ class SceneFusion:
         for gone in self.tracker.missing(new):
             self.map.forget(gone.points, new)
         watch.lap("forgetting")
-        scan = scan_from_points(self.map.points, "fused")
-        room = recognised_upright(scan, self)
-        clouds = [room.levelling.to_scan(item.points) for item in room.objects]
+        region = None if whole else self.changed()
+        watch.lap("comparing")
+        same = self.recognise_all() if region is None else self.recognise_within(region)
         watch.lap("recognition")
-        ids = self.tracker.update(room.objects, clouds, self.views, new)
+        others = [item for item in self.room.objects if item.id not in same]
+        clouds = [self.room.levelling.to_scan(item.points) for item in others]
+        found = self.tracker.update(others, clouds, self.views, new, same=list(same.values()))
+        self.ids = same | {item.id: number for item, number in zip(others, found, strict=True)}
         watch.lap("tracking")
-        self.room, self.scan, self.updated = room, scan, self.count
+        self.updated = self.count
         self.stages |= watch.seconds
-        return [self.fused_object(label, number) for label, number in enumerate(ids)]
+        return [self.fused_object(item.id, self.ids[item.id]) for item in self.room.objects]
+
+    def changed(self) -> Region | None:
+        """Return the part of the map that has changed since the last update; None if all of it is to be looked at."""
+        if self.room is None or self.scan.dropped or self.room.levelling.source == TABLE_TOP:
+            return None
+        if len(self.map.points) > _GROWN * self.looked_at:
+            return None
+        lost = [label for label, number in self.ids.items() if self.tracker.known[number].gone]
+        region = changed_region(self.map, self.frame, lost)
+        return region if region.around.mean() <= _PART else None
+
+    def recognise_all(self) -> dict[int, int]:
+        """Recognise the whole map; no object is known to be the same as before."""
+        scan = scan_from_points(self.map.points, "fused")
+        frame = self.found_frame(scan.points)
+        room = recognise(scan, self.model, frame=frame, **self.how)
+        self.scan, self.frame, self.room, self.looked_at = scan, frame, room, len(self.map.points)
+        if not scan.dropped:
+            self.map.relabel(room.labels)
+        return {}
+
+    def recognise_within(self, region: Region) -> dict[int, int]:
+        """Recognise a region of the map, and return the ids of the objects that stay as they were, by their labels."""
+        scan = Scan(name="fused", points=self.map.points)
+        part = recognise(replace(scan, points=scan.points[region.around]), self.model, frame=self.frame, **self.how)
+        room, now = renewed(self.room, part, region, self.map.labels)
+        self.map.relabel(room.labels, ~region.holds(self.frame.levelling.to_level(self.map.gone)))
+        self.scan, self.room = scan, replace(room, labels=np.maximum(room.labels, LEFT_OVER))
+        return {int(now[label]): number for label, number in self.ids.items() if now[label] >= 0}
+
+    def found_frame(self, points: np.ndarray) -> RoomFrame:
+        """Return the level frame of the map's points (N, 3), with its walls and ceiling."""
+        require_surfaces(points, "fused")
+        levelling = upright_by_cameras(points, self.views) if self.up is None else level(points, self.up, "fused")
+        leaf = (self.how["settings"] or Segmentation()).leaf_size
+        return RoomFrame(levelling=levelling, shell=find_shell(cells(levelling.to_level(points), leaf).means))
 
     def fused_object(self, label: int, number: int) -> FusedObject:
         """Return one object of the last update, by its number in the room and its id."""
@@ -196,18 +255,14 @@ class SceneFusion:
         return [item for item in self.tracker.known if item.gone]
 
 
-def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
-    """Return the room recognised in a map, whatever the orientation of its frame."""
-    if fusion.up is not None:
-        return recognise(scan, fusion.model, up=fusion.up, **fusion.how)
-    T_turned_scan = upright_by_cameras(scan.points, [view.T_world_camera for view in fusion.views])
-    turned = replace(scan, points=scan.points @ T_turned_scan[:3, :3].T + T_turned_scan[:3, 3])
-    room = recognise(turned, fusion.model, **fusion.how)
-    T_level_scan = room.levelling.T_level_scan @ T_turned_scan
-    return replace(room, levelling=replace(room.levelling, T_level_scan=T_level_scan))
+def upright_by_cameras(points: np.ndarray, views: Iterable[View]) -> Levelling:
+    """Return the levelling of a map (N, 3), whatever the orientation of its frame."""
+    T_turned_scan = turned_by_cameras(points, [view.T_world_camera for view in views])
+    levelling = level(points @ T_turned_scan[:3, :3].T + T_turned_scan[:3, 3], name="fused")
+    return replace(levelling, T_level_scan=levelling.T_level_scan @ T_turned_scan)
 
 
-def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray:
+def turned_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray:
     """Return a transform (4, 4) of the cameras' common up to z, and of the points' middle to the origin.
 
     Cameras are mostly held level, so that their x axes are perpendicular to up; the sign comes from their y axes, which

@@ -79,7 +79,12 @@ class Tracker:
         return found
 
     def update(
-        self, objects: Sequence[SceneObject], points: Sequence[np.ndarray], views: Sequence[View], new: Sequence[View]
+        self,
+        objects: Sequence[SceneObject],
+        points: Sequence[np.ndarray],
+        views: Sequence[View],
+        new: Sequence[View],
+        same: Sequence[int] = (),
     ) -> list[int]:
         """Return the ids of the objects of a map, in their order.
 
@@ -92,10 +97,15 @@ class Tracker:
             Of each object, metres, in the world's frame.
         views, new : sequence of View
             All of the map, and those since the last update.
+        same : sequence of int
+            Ids of known objects that are in the map as before, and not among the objects.
         """
         pairs = zip(objects, points, strict=True)
         found = [KnownObject(id=-1, points=cells(cloud, CELL).means, functions=item.members) for item, cloud in pairs]
-        staying = [place for place, one in enumerate(self.known) if not one.gone]
+        for place in same:
+            old = self.known[place]
+            self.known[place] = replace(old, seen=old.seen + times_seen(old.points, new))
+        staying = [place for place, one in enumerate(self.known) if not one.gone and place not in same]
         shared = table(found, self.known, staying, shared_volume)
         matches = {i: staying[k] for i, k in assigned(shared, SAME)}
         lost = [place for place, one in enumerate(self.known) if one.gone]

@@ -20,7 +20,7 @@ from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
-from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
+from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, Shell, segment
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
@@ -37,6 +37,14 @@ from .room import THRESHOLDS, ObjectCandidate, Room, SceneObject, choose_objects
 from .surroundings import surroundings_alone
 
 TABLE_TOP = "table top"  # `Levelling.source`, and `SceneObject.made_from`
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RoomFrame:
+    """What stays as it is while a room's objects change."""
+
+    levelling: Levelling
+    shell: Shell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,6 +124,7 @@ def recognise(
     settings: Segmentation | None = None,
     completion: Sequence[str] = DEFAULT,
     proposals: Sequence[str] = KINDS,
+    frame: RoomFrame | None = None,
 ) -> Room:
     """Find the objects of a scan and classify each.
 
@@ -131,19 +140,22 @@ def recognise(
         See `completion.complete`.
     proposals : sequence of {"clusters", "pools"}
         See `proposals.propose`.
+    frame : RoomFrame, optional
+        Of the room that the scan is a part of, if it is known; otherwise it is found in the scan.
     """
     require_kind("settings", settings, Segmentation)
     settings, watch = settings or Segmentation(), Stopwatch()
     fine = cells(scan.points, POOL.spacing) if len(scan) > RECOGNITION.many else None
     seen = scan.points if fine is None else fine.means
-    require_surfaces(seen, scan.name)
+    if frame is None:
+        require_surfaces(seen, scan.name)
     watch.lap("thinning")
-    levelling = level(seen, up, scan.name)
+    levelling = level(seen, up, scan.name) if frame is None else frame.levelling
     watch.lap("floor")
     points = levelling.to_level(seen)
     dense = filled(points, settings.leaf_size)
     watch.lap("filling")
-    labels = segment(dense, settings, noise=levelling.noise)
+    labels = segment(dense, settings, noise=levelling.noise, shell=None if frame is None else frame.shell)
     watch.lap("clusters")
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)

@@ -34,7 +34,13 @@ class Segmentation(CheckedSettings):
             raise InputError(f"min_cluster_size and max_cluster_size: expected ascending sizes, got {sizes}")
 
 
-def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float | None = None) -> np.ndarray:
+def segment(
+    points: np.ndarray,
+    settings: Segmentation | None = None,
+    *,
+    noise: float | None = None,
+    shell: Shell | None = None,
+) -> np.ndarray:
     """Return the object of each point (paper, §IV-C).
 
     Parameters
@@ -44,6 +50,8 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
     settings : Segmentation
     noise : float, optional
         Standard deviation of the floor's points, metres, if known, from which the floor's thickness is chosen.
+    shell : Shell, optional
+        Walls and ceiling, if they are known; otherwise they are searched in the points.
 
     Returns
     -------
@@ -54,16 +62,19 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
     settings = settings or Segmentation()
     thinned = cells(points, settings.leaf_size)
     voxels = thinned.means
-    patches = find_patches(voxels)
-    labels = np.full(len(voxels), LEFT_OVER, np.int32)
-    labels[is_floor(voxels, noise)] = FLOOR
-    above, outside = voxels[:, 2] > 0, voxels[:, 2] > ceiling_height(patches)
-    for wall in find_walls(voxels, patches):
-        outside |= wall.holds(voxels)
-    labels[above & outside] = WALL
-    rest = np.flatnonzero(above & (labels == LEFT_OVER))
+    shell = shell or find_shell(voxels)
+    labels = shell_labels(voxels, shell, noise)
+    rest = np.flatnonzero((voxels[:, 2] > 0) & (labels == LEFT_OVER))
     labels[rest] = numbered_by_size(euclidean_clusters(voxels[rest], settings.cluster_tolerance), settings)
     return labels[thinned.cell_of]
+
+
+def shell_labels(voxels: np.ndarray, shell: Shell, noise: float | None) -> np.ndarray:
+    """Return which voxels (C, 3) are of the floor, and which of walls or ceiling, (C,) int32; LEFT_OVER the others."""
+    labels = np.full(len(voxels), LEFT_OVER, np.int32)
+    labels[is_floor(voxels, noise)] = FLOOR
+    labels[(voxels[:, 2] > 0) & shell.holds(voxels)] = WALL
+    return labels
 
 
 def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
@@ -106,6 +117,27 @@ class Wall:
         along = self.along(points)
         beside = (along > self.span[0] - SEGMENTATION.wall_margin) & (along < self.span[1] + SEGMENTATION.wall_margin)
         return beside & (self.ahead(points) < self.thickness)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shell:
+    """The walls and the ceiling of a room."""
+
+    walls: list[Wall]
+    ceiling: float  # its height, metres; infinity if none is seen
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) belong to walls or ceiling, or lie behind them, (N,) bool."""
+        outside = points[:, 2] > self.ceiling
+        for wall in self.walls:
+            outside |= wall.holds(points)
+        return outside
+
+
+def find_shell(points: np.ndarray) -> Shell:
+    """Return the walls and the ceiling of a thinned scan (N, 3), metres, in the level frame."""
+    patches = find_patches(points)
+    return Shell(walls=find_walls(points, patches), ceiling=ceiling_height(patches))
 
 
 def ceiling_height(patches: Patches) -> float:

@@ -16,10 +16,12 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.scenes.fusion.changes import changed_region
 from spherefunc_bullet.scenes.fusion.frames import open_frames
 from spherefunc_bullet.scenes.fusion.point_map import (
     FREE,
     HIDDEN,
+    NEW,
     PRESENT,
     UNKNOWN,
     FusionSettings,
@@ -29,12 +31,15 @@ from spherefunc_bullet.scenes.fusion.point_map import (
 )
 from spherefunc_bullet.scenes.fusion.tracking import OdometryLost, assigned, motion
 from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
+from spherefunc_bullet.scenes.recognition.recognition import RoomFrame
+from spherefunc_bullet.scenes.scans.levelling import Levelling
+from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Shell, Wall
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect, Surfaces, look_at, photograph
 
 KINECT = Kinect(width=320, height=240)
 CAMERA = KINECT.camera
 EYES = ([2.4, 0.3, 1.6], [1.6, -1.8, 1.6], [-0.6, -2.4, 1.7])
-FLOOR = shift(box(6, 6, 0.02), z=-0.02)
+GROUND = shift(box(14, 6, 0.02), z=-0.02)
 TABLE = join(
     shift(box(1.2, 0.8, 0.03), z=0.7),
     *(shift(box(0.05, 0.05, 0.7), x=x, y=y) for x in (-0.55, 0.55) for y in (-0.35, 0.35)),
@@ -46,10 +51,10 @@ def surfaces_of(*solids) -> Surfaces:
     return Surfaces((k, Mesh(np.array(one.vertices), np.array(one.faces))) for k, one in enumerate(solids))
 
 
-def images_of(*solids, noise: float = 1.0) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return what the camera sees of solids from each of the eyes, with its poses."""
-    surfaces, rng = surfaces_of(FLOOR, *solids), np.random.default_rng(0)
-    poses = [look_at(eye, [0.3, 0, 0.3]) for eye in EYES]
+def images_of(*solids, noise: float = 1.0, x: float = 0.0) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return what the camera sees of solids from each of the eyes, so far along x, with its poses."""
+    surfaces, rng = surfaces_of(GROUND, *solids), np.random.default_rng(0)
+    poses = [look_at(eye + np.array([x, 0, 0]), [x + 0.3, 0, 0.3]) for eye in EYES]
     return [(photograph(surfaces, pose, KINECT.noisy(noise), rng).depth, pose) for pose in poses]
 
 
@@ -87,7 +92,7 @@ def test_the_map_lies_on_the_surfaces(noise, most):
     for depth, pose in images_of(*solids, noise=noise):
         depth = smoothed_depth(depth, 9 if noise else 1)
         room.add(depth, view_of(depth, CAMERA, pose))
-    distance = surfaces_of(FLOOR, *solids).clearance(room.points)
+    distance = surfaces_of(GROUND, *solids).clearance(room.points)
     assert len(distance) > 10_000 and np.median(distance) < most
 
 
@@ -144,6 +149,84 @@ def test_what_moved_keeps_its_id_and_what_is_taken_away_is_gone():
     assert [known.id for known in fusion.gone] == [crate.id]
 
 
+@pytest.mark.slow
+def test_what_changes_is_recognised_anew_and_what_is_far_from_it_stays():
+    near, far = TABLE, shift(TABLE, x=4.5)
+    fusion = fused(images_of(near, far, noise=0.0) + images_of(near, far, noise=0.0, x=4.5))
+    before = {item.id: fusion.room.objects[item.label] for item in fusion.objects()}
+    tables = sorted((item.box.center[0], number) for number, item in before.items() if "table" in item.members)
+    (_, first), (_, second) = tables
+    everything = fusion.looked_at
+    full = images_of(near, far, shift(CRATE, x=5.8), noise=0.0, x=4.5)
+    after = {item.id: item for item in fused(full, fusion).objects()}
+    assert fusion.looked_at == everything  # not all of the map was looked at
+    assert fusion.room.objects[after[first].label].points is before[first].points and after[first].seen == 3
+    crate = min(after.values(), key=lambda item: np.linalg.norm(item.box.center - [5.8, 0, 0.2]))
+    assert crate.id not in before and np.linalg.norm(crate.box.center - [5.8, 0, 0.2]) < 0.1
+    assert "table" in after[second].functions and set(after) == {*before, crate.id}
+    labels = [fusion.room.labels[np.isclose(fusion.scan.points, point).all(axis=1)] for point in crate.points[::100]]
+    assert all((found == crate.label).all() for found in labels) and fusion.room.labels.min() >= LEFT_OVER
+    whole = {item.id: item for item in fusion.objects(whole=True)}
+    assert {number: item.functions for number, item in whole.items()} == {
+        k: item.functions for k, item in after.items()
+    }
+    assert all(np.linalg.norm(whole[k].box.center - item.box.center) < 0.05 for k, item in after.items())
+
+
+def map_of(points: np.ndarray, labels: np.ndarray | int) -> PointMap:
+    """Return a map of points (N, 3), metres, and their labels."""
+    room = PointMap(FusionSettings())
+    room.points, room.labels = np.asarray(points, float), np.broadcast_to(labels, len(points)).astype(np.int32)
+    room.weights = room.present = room.free = np.ones(len(points))
+    return room
+
+
+def block(x: float, z: float, size: float = 0.15) -> np.ndarray:
+    """Return the points of a cube, one in each voxel of 2 cm, that begins at x and z."""
+    steps = np.arange(0.01, size, 0.02)
+    return np.stack(np.meshgrid(steps + x, steps, steps + z), axis=-1).reshape(-1, 3)
+
+
+FRAME = RoomFrame(
+    levelling=Levelling(T_level_scan=np.eye(4), source="floor", floor_seen=True, noise=0.005),
+    shell=Shell(walls=[Wall(normal=np.array([1.0, 0]), offset=-1.0, span=(-5, 5), thickness=0.05)], ceiling=np.inf),
+)
+
+
+@pytest.mark.parametrize(
+    "seen, label",
+    [(block(-1.2, 0.5), WALL), (block(3.0, 0.0) * [1, 1, 0.05], FLOOR), (block(3.0, 0.5, 0.06), NEW)],
+    ids=["wall", "floor", "a few voxels"],
+)
+def test_walls_floor_and_a_few_voxels_are_no_change(seen, label):
+    room = map_of(np.vstack([block(0.0, 0.5), seen]), np.repeat([0, NEW], [len(block(0.0, 0.5)), len(seen)]))
+    region = changed_region(room, FRAME)
+    assert not region.core.any() and not region.around.any()
+    assert (room.labels[-len(seen) :] == label).all()
+
+
+def test_a_cup_on_a_table_is_a_change():
+    top = np.stack(np.meshgrid(np.arange(0.005, 1, 0.01), np.arange(0.005, 1, 0.01), [0.725]), axis=-1).reshape(-1, 3)
+    angles, heights = (each.ravel() for each in np.meshgrid(np.linspace(0, np.pi, 13), np.arange(0.735, 0.83, 0.01)))
+    cup = np.column_stack([0.5 + 0.04 * np.cos(angles), 0.5 + 0.04 * np.sin(angles), heights])  # seen from one side
+    room = map_of(np.vstack([top, cup]), np.repeat([0, NEW], [len(top), len(cup)]))
+    region = changed_region(room, FRAME)
+    assert region.in_core[len(top) :].any() and region.in_core[: len(top)].mean() < 0.1
+
+
+@pytest.mark.parametrize("change", ["new", "gone", "lost"])
+def test_what_is_new_gone_or_lost_is_a_change_with_its_surroundings(change):
+    parts = [block(x, 0.5) for x in (0.0, 0.42, 2.0)]
+    sizes = [len(part) for part in parts]
+    room = map_of(np.vstack(parts), np.repeat([0 if change != "new" else NEW, 1, 2], sizes))
+    if change == "gone":
+        room.keep(np.arange(sum(sizes)) % 2 + (np.arange(sum(sizes)) >= sizes[0]) > 0)
+        sizes[0] = len(room.points) - sizes[1] - sizes[2]
+    region = changed_region(room, FRAME, [0] if change == "lost" else [])
+    assert region.in_core.tolist() == np.repeat([True, False, False], sizes).tolist()
+    assert region.around.tolist() == np.repeat([True, True, False], sizes).tolist()
+
+
 def test_a_pickled_fusion_goes_on_where_it_was(images):
     fusion = fused(images[:1])
     fusion.objects()
@@ -155,7 +238,7 @@ def test_a_pickled_fusion_goes_on_where_it_was(images):
 
 
 def test_odometry_tells_the_motion_of_a_camera_or_fails():
-    surfaces, rng = surfaces_of(FLOOR, TABLE, shift(CRATE, x=1.3)), np.random.default_rng(0)
+    surfaces, rng = surfaces_of(GROUND, TABLE, shift(CRATE, x=1.3)), np.random.default_rng(0)
     poses = [look_at(eye, [0.3, 0, 0.3]) for eye in ([2.0, -1.6, 1.5], [1.94, -1.66, 1.5], [-2.0, 1.6, 1.5])]
     depths = [photograph(surfaces, pose, KINECT, rng).depth for pose in poses]
     true = np.linalg.inv(poses[0]) @ poses[1]
