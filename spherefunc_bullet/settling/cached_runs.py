@@ -87,6 +87,10 @@ class DropConfig:
             digest.update(part)
         return digest.hexdigest()
 
+    def cloud_hash(self, content: str) -> str:
+        """Return the hash of a file's cloud, by that of its content: a `prepared` cloud is another one."""
+        return content if self.run_limit.drops is None else hashlib.sha256(f"prepared {content}".encode()).hexdigest()
+
     def run(self, cloud: Cloud, radius: float) -> dict[str, np.ndarray]:
         """Return the arrays of the run of one radius; see `measured_run`."""
         return measured_run(cloud, self.simulator, radius, self.seed, self.run_limit)
@@ -191,9 +195,9 @@ class CachedFile:
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return the result of ``check`` for the cloud, cached under this name."""
-        return cached_check(self.content, name, lambda: check(self.cloud()))
+        return cached_check(self.drop_config.cloud_hash(self.content), name, lambda: check(self.cloud()))
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return the result of ``count`` for the cloud, cached under this name."""
-        entry = entry_path(name, self.content)
+        entry = entry_path(name, self.drop_config.cloud_hash(self.content))
         return int(computed_once(entry, lambda: {"count": np.array(count(self.cloud()))})["count"])

@@ -132,7 +132,8 @@ def object_record(
     source = as_source(file)
     content = drop_config.content_hash(source)
     cloud = cache(lambda: cloud_for(drop_config) if cloud_for else drop_config.cloud(source))
-    shape = cached_shape(content, cloud, home, "size")
+    of_cloud = drop_config.cloud_hash(content)
+    shape = cached_shape(of_cloud, cloud, home, "size")
     runs = cached_runs(content, cloud, drop_config, home)
     return ObjectRecord(
         path=source.path,
@@ -142,7 +143,7 @@ def object_record(
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
-        falls_over=cached_check(content, "falls_over", lambda: falls_over(cloud()), home),
+        falls_over=cached_check(of_cloud, "falls_over", lambda: falls_over(cloud()), home),
         check=partial(file_check, source.path, drop_config, home),
     )
 
@@ -154,15 +155,16 @@ def cached_shape(content: str, cloud: Callable[[], Cloud], home: Path | None, *n
 
 def file_voxels(path: Path, drop_config: DropConfig, home: Path | None = None) -> np.ndarray:
     """Return the cubes (V, 3) that the object of a file occupies, see `shape_of`."""
-    content = drop_config.content_hash(path)
-    return cached_shape(content, lambda: drop_config.cloud(path), home, "voxels")["voxels"]
+    of_cloud = drop_config.cloud_hash(drop_config.content_hash(path))
+    return cached_shape(of_cloud, lambda: drop_config.cloud(path), home, "voxels")["voxels"]
 
 
 def file_check(
     path: Path, drop_config: DropConfig, home: Path | None, name: str, check: Callable[[Cloud], bool]
 ) -> bool:
     """Return the result of a check of the cloud of a file, cached under this name."""
-    return cached_check(drop_config.content_hash(path), name, lambda: check(drop_config.cloud(path)), home)
+    of_cloud = drop_config.cloud_hash(drop_config.content_hash(path))
+    return cached_check(of_cloud, name, lambda: check(drop_config.cloud(path)), home)
 
 
 def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:

@@ -109,6 +109,24 @@ def test_runs_to_the_end_begin_as_those_with_a_limit(files, monkeypatch):
         assert np.array_equal(few.centers(0.01), all_.centers(0.01)[:12])
 
 
+def test_shape_and_checks_of_prepared_clouds_are_not_those_of_unchanged_ones(tmp_path, monkeypatch):
+    turn = trimesh.transformations.rotation_matrix(0.1, [1, 0, 0])[:3, :3]
+    tilted, path = clouds.mug().points @ turn.T, tmp_path / "tilted.npz"
+    np.savez(path, points=tilted)
+
+    def facts(run_limit: RunLimit) -> tuple:
+        (record,) = simulated([path], run_limit=run_limit)
+        low = record.check("low", lambda cloud: bool(cloud.points[:, 2].max() < 0.1))
+        file = CachedFile(path, DropConfig(simulator="fast", radii=RADII, run_limit=run_limit))
+        return record.voxels.tolist(), low, file.count("points", lambda cloud: len(np.unique(cloud.points[:, 2])))
+
+    given = RunLimit(drops=50)
+    in_turn = [facts(run_limit) for run_limit in (TO_THE_END, given)]
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "other"))
+    turned = [facts(run_limit) for run_limit in (given, TO_THE_END)]
+    assert in_turn == turned[::-1] and in_turn[0] != in_turn[1]
+
+
 def test_a_simulator_keeps_the_limit_that_it_declares():
     assert drop_settings(make_simulator("bullet"), 0.01, TO_THE_END).max_spheres == 1000
     fast = make_simulator("fast")
