@@ -33,8 +33,7 @@ from .tracking import KnownObject, Tracker, motion
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
-# More threads would spend more time waiting than computing, as in `recognise`.
-one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")
+one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")  # as in `recognise`: more would wait
 
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
 _VOXELS = 1_000_000  # from the origin to a camera, at most: voxels farther than that have no number
@@ -70,12 +69,10 @@ class SceneFusion:
         By default the one for scans that ships with the package.
     backend : str, optional
         The simulator that the model must be for; by default ``fast`` where no model is given.
-    fusion : FusionSettings, optional
-    settings : Segmentation, optional
+    fusion, settings : FusionSettings, Segmentation, optional
     up : str or (3,) array_like
         ``auto`` (by floor and cameras), an axis (``z``, ``-y``), numbers ``x,y,z``, or a vector.
-    completion, proposals
-        See `recognition.recognise`.
+    completion, proposals : as of `recognition.recognise`
     """
 
     def __init__(
@@ -167,8 +164,7 @@ class SceneFusion:
         Parameters
         ----------
         whole : bool
-            Whether all of the map is looked at. Otherwise objects are recognised anew only where the map has changed,
-            until it has grown by a quarter, or half of it is around what has changed.
+            Whether all of the map is looked at; else only what has changed, while that is less than half (docs/scenes.md).
 
         Raises
         ------
