@@ -164,7 +164,7 @@ class SceneFusion:
         Parameters
         ----------
         whole : bool
-            Whether all of the map is looked at; else only what has changed, while that is less than half (docs/scenes.md).
+            Whether all of the map is looked at; else what has changed, while that is less than half (docs/scenes.md).
 
         Raises
         ------
