@@ -10,7 +10,7 @@ import numpy as np
 from ..recognition.recognition import Room, RoomFrame
 from ..recognition.room import SceneObject
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, shell_labels
-from ..settings import RECOGNITION, SEGMENTATION
+from ..settings import RECOGNITION, SCAN, SEGMENTATION
 from .point_map import NEW, PointMap
 
 BOX = np.array([0.20, 0.20, 0.05])  # metres, sides of the boxes that are looked at together; see docs/scenes.md
@@ -42,8 +42,8 @@ def boxes_of(points: np.ndarray) -> np.ndarray:
     return np.stack([np.floor(column / side) for column, side in zip(columns, BOX, strict=True)], 1).astype(np.int64)
 
 
-def changed_region(points: PointMap, frame: RoomFrame, lost: Sequence[int] = ()) -> Region:
-    """Return the part of a map that has changed since objects were last recognised in it.
+def changed_region(points: PointMap, frame: RoomFrame, lost: Sequence[int] = ()) -> Region | None:
+    """Return the part of a map that has changed since objects were last recognised in it; None if it is no room's size.
 
     New voxels of the floor and the walls are labelled, and change nothing. Objects that are lost, by their labels, are
     searched anew.
@@ -56,6 +56,8 @@ def changed_region(points: PointMap, frame: RoomFrame, lost: Sequence[int] = ())
     points.labels[fresh] = np.where(shell == LEFT_OVER, NEW, shell)
     boxes = boxes_of(level)
     corner, shape = boxes.min(axis=0), np.ptp(boxes, axis=0) + 1
+    if (shape * BOX).max() > SCAN.largest:  # by a wrong pose; so many boxes would fill the memory
+        return None
     box, size = np.ravel_multi_index(tuple((boxes - corner).T), shape), int(np.prod(shape))
     here, is_new = box[:count], points.labels == NEW
     is_old = ~is_new & (points.labels != FLOOR) & (points.labels != WALL)

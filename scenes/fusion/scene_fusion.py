@@ -199,7 +199,7 @@ class SceneFusion:
             return None
         lost = [label for label, number in self.ids.items() if self.tracker.known[number].gone]
         region = changed_region(self.map, self.frame, lost)
-        return region if region.around.mean() <= _PART else None
+        return None if region is None or region.around.mean() > _PART else region
 
     def recognise_all(self) -> dict[int, int]:
         """Recognise the whole map; no object is known to be the same as before."""

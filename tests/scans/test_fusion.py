@@ -205,6 +205,16 @@ def test_walls_floor_and_a_few_voxels_are_no_change(seen, label):
     assert (room.labels[-len(seen) :] == label).all()
 
 
+def test_an_image_from_far_away_by_a_wrong_pose_costs_no_memory(images):
+    fusion = fused(images)
+    before = {item.id for item in fusion.objects()}
+    depth = np.full_like(images[0][0], np.nan)
+    depth[:20, :20] = 1.0
+    away = look_at([5000.0, 5000.0, 1.5], [5001.0, 5000.0, 1.5])
+    assert before <= {item.id for item in fusion.add(depth, CAMERA, away).objects()}
+    assert changed_region(fusion.map, fusion.frame) is None and fusion.scan.dropped > 0
+
+
 def test_a_cup_on_a_table_is_a_change():
     top = np.stack(np.meshgrid(np.arange(0.005, 1, 0.01), np.arange(0.005, 1, 0.01), [0.725]), axis=-1).reshape(-1, 3)
     angles, heights = (each.ravel() for each in np.meshgrid(np.linspace(0, np.pi, 13), np.arange(0.735, 0.83, 0.01)))
