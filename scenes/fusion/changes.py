@@ -31,15 +31,15 @@ class Region:
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) of the level frame are in the core's squares, (N,) bool."""
-        squares = boxes_of(points)[:, :2] - self.corner
-        inside = ((squares >= 0) & (squares < self.core.shape)).all(axis=1)
-        return inside & self.core[tuple(np.where(inside[:, None], squares, 0).T)]
+        x, y = boxes_of(points)[:2] - self.corner[:, None]
+        inside = (x >= 0) & (y >= 0) & (x < self.core.shape[0]) & (y < self.core.shape[1])
+        return inside & self.core[np.where(inside, x, 0), np.where(inside, y, 0)]
 
 
 def boxes_of(points: np.ndarray) -> np.ndarray:
-    """Return the box (N, 3) int64 of each point (N, 3) of the level frame, metres; one for all above any use."""
+    """Return the box (3, N) int64 of each point (N, 3) of the level frame, metres; one for all above any use."""
     columns = points[:, 0], points[:, 1], np.clip(points[:, 2], 0, SEGMENTATION.high)
-    return np.stack([np.floor(column / side) for column, side in zip(columns, BOX, strict=True)], 1).astype(np.int64)
+    return np.stack([np.floor(column / side) for column, side in zip(columns, BOX, strict=True)]).astype(np.int64)
 
 
 def changed_region(points: PointMap, frame: RoomFrame, lost: Sequence[int] = ()) -> Region | None:
@@ -55,10 +55,10 @@ def changed_region(points: PointMap, frame: RoomFrame, lost: Sequence[int] = ())
     shell = shell_labels(level[fresh], frame.shell, frame.levelling.noise)
     points.labels[fresh] = np.where(shell == LEFT_OVER, NEW, shell)
     boxes = boxes_of(level)
-    corner, shape = boxes.min(axis=0), np.ptp(boxes, axis=0) + 1
+    corner, shape = boxes.min(axis=1), np.ptp(boxes, axis=1) + 1
     if (shape * BOX).max() > SCAN.largest:  # by a wrong pose; so many boxes would fill the memory
         return None
-    box, size = np.ravel_multi_index(tuple((boxes - corner).T), shape), int(np.prod(shape))
+    box, size = np.ravel_multi_index(tuple(boxes - corner[:, None]), shape), int(np.prod(shape))
     here, is_new = box[:count], points.labels == NEW
     is_old = ~is_new & (points.labels != FLOOR) & (points.labels != WALL)
     old, new, gone = (np.bincount(some, minlength=size) for some in (here[is_old], here[is_new], box[count:]))

@@ -24,7 +24,7 @@ from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_d
 from ..scans.gravity import up_vector
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points
-from ..segmentation.clusters import Box
+from ..segmentation.clusters import Box, members_of
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, find_shell
 from .changes import Region, changed_region, renewed
 from .point_map import FusionSettings, PointMap, View, smoothed_depth, view_of
@@ -189,7 +189,8 @@ class SceneFusion:
         watch.lap("tracking")
         self.updated = self.count
         self.stages |= watch.seconds
-        return [self.fused_object(item.id, self.ids[item.id]) for item in self.room.objects]
+        members = members_of(self.room.labels, len(self.room.objects))
+        return [self.fused_object(item.id, self.ids[item.id], members[item.id]) for item in self.room.objects]
 
     def changed(self) -> Region | None:
         """Return the part of the map that has changed since the last update; None if all of it is to be looked at."""
@@ -227,8 +228,8 @@ class SceneFusion:
         leaf = (self.how["settings"] or Segmentation()).leaf_size
         return RoomFrame(levelling=levelling, shell=find_shell(cells(levelling.to_level(points), leaf).means))
 
-    def fused_object(self, label: int, number: int) -> FusedObject:
-        """Return one object of the last update, by its number in the room and its id."""
+    def fused_object(self, label: int, number: int, members: np.ndarray) -> FusedObject:
+        """Return one object of the last update, by its number in the room, its id and the indices of its points."""
         item, known = self.room.objects[label], self.tracker.known[number]
         doubts = self.room.doubts(item)
         return FusedObject(
@@ -238,7 +239,7 @@ class SceneFusion:
             scores={name: membership.score for name, membership in item.functions.items()},
             box=self.room.box_in_scan(item.box),
             corners=self.room.levelling.to_scan(item.box.corners),
-            points=self.scan.points[self.room.labels == label],
+            points=self.scan.points[members],
             unsure=bool(doubts),
             reasons=(*self.room.reasons(item), *doubts),
             seen=known.seen,

@@ -18,11 +18,6 @@ class GroundSquares:
     corner: np.ndarray  # (2,) int64, square of the mask's first element
     mask: np.ndarray  # (X, Y) bool
 
-    @property
-    def range_x(self) -> tuple[float, float]:
-        """The least and the largest x, metres."""
-        return self.corner[0] * SCAN.cell, (self.corner[0] + self.mask.shape[0]) * SCAN.cell
-
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
         inside = np.empty(len(points), bool)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud
+from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud, corners_of
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.simulator import DropSettings, Simulator, drop_on, isolated, make_simulator
@@ -41,7 +41,7 @@ def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float
         If the simulator cannot handle the scene.
     """
     points = points[points[:, 2] > 0]
-    if len(points) < MIN_POINTS or np.ptp(points, axis=0).max() < radius:
+    if len(points) < MIN_POINTS or np.ptp(corners_of(points), axis=0).max() < radius:
         return np.empty((0, 3))
     scene, simulator = Cloud(points, "scene"), make_simulator(simulator)
     count = max(int(POOL.density * np.prod(scene.size[:2]) / radius**2), POOL.min_spheres)

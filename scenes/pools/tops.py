@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import corners_of
+from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import Cells, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
@@ -74,19 +75,13 @@ def top_of_pool(points: np.ndarray, pool: Pool, voxels: Cells) -> Top:
         Of these points.
     """
     ground = pool.footprint.grown(POOL.slab)
-    near = rows_along_x(voxels, *ground.range_x)
-    near = np.sort(near[ground.holds(points[near])])
+    within_reach = ground.grown(1.5 * SCAN.cell).holds(voxels.means)  # a point lies at most a square from its mean
+    near = np.flatnonzero(within_reach[voxels.cell_of])
+    near = near[ground.holds(points[near])]
     part = points[near]
     on_top = np.abs(part[:, 2] - pool.height) < POOL.slab
     top = top_at(part, near, fitted_height(part[on_top], pool.height))
     return replace(top, is_table=pool.is_table)
-
-
-def rows_along_x(voxels: Cells, low: float, high: float) -> np.ndarray:
-    """Return the rows (K,) int64, in any order, of the points in voxels that reach between two values of x, metres."""
-    x = voxels.indices[:, 0]  # ascends
-    first, last = np.searchsorted(x, [np.floor(low / voxels.side), np.floor(high / voxels.side) + 1])
-    return voxels.order[voxels.start[first] : voxels.start[last]]
 
 
 def ground_top(points: np.ndarray) -> Top:
@@ -104,15 +99,41 @@ def top_at(points: np.ndarray, indices: np.ndarray, plane: np.ndarray) -> Top:
 
 def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
     """Return the plane (3,) through the upper face of a nearly level surface (N, 3), without points far from it."""
-    points = points[upper_face(points)]
-    plane = np.array([0.0, 0.0, height])
+    points, plane = points[upper_face(points)], np.array([0.0, 0.0, height])
     for reach in POOL.top_fits:
-        inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
-        if inside.sum() < POOL.min_points:
-            return plane
-        rows = np.column_stack([points[inside, :2], np.ones(inside.sum())])
-        plane = np.linalg.lstsq(rows, points[inside, 2], rcond=None)[0]
+        if not fit_plane(points, reach, POOL.min_points, plane):
+            break
     return plane
+
+
+@njit(cache=True, error_model="numpy")
+def fit_plane(points, reach, least, plane):
+    """Fit the plane (3,) of heights to the points (N, 3) within a reach of it, if there are at least some; return that.
+
+    Parameters
+    ----------
+    plane : (3,) float64
+        The plane before, in the form of `Top.plane`; receives the fitted one.
+    """
+    count, mean_x, mean_y, mean_z = 0, 0.0, 0.0, 0.0
+    near = np.empty(len(points), np.int64)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if abs(z - x * plane[0] - y * plane[1] - plane[2]) < reach:
+            near[count] = i
+            count, mean_x, mean_y, mean_z = count + 1, mean_x + x, mean_y + y, mean_z + z
+    if count < least:
+        return False
+    mean_x, mean_y, mean_z = mean_x / count, mean_y / count, mean_z / count
+    xx, xy, yy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in near[:count]:
+        x, y, z = points[i, 0] - mean_x, points[i, 1] - mean_y, points[i, 2] - mean_z
+        xx, xy, yy, xz, yz = xx + x * x, xy + x * y, yy + y * y, xz + x * z, yz + y * z
+    determinant = xx * yy - xy * xy
+    if determinant > 1e-9 * (xx + yy) ** 2:  # points on a line do not show a slope across it
+        plane[0], plane[1] = (xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant
+    plane[2] = mean_z - plane[0] * mean_x - plane[1] * mean_y
+    return True
 
 
 def objects_on(top: Top) -> list[np.ndarray]:

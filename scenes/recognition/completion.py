@@ -12,7 +12,9 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.places.putting import along_edges
 from spherefunc_bullet.processes.compilation import njit
 
-from ..scans.cells import NearPoints, advance, cells
+from ..scans.cells import cells
+from ..scans.neighbors import NearPoints, advance
+from ..scans.spread import least_axis
 from ..segmentation.clusters import bounding_box
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 
@@ -56,14 +58,17 @@ def project(points, counts, keys, start, radius, moved):
     for cell in range(len(keys)):
         advance(columns, keys[cell], keys)
         for i in range(start[cell], start[cell + 1]):
-            mean, spread = moments(points, counts, start, columns, radius, i)
-            normal = np.linalg.eigh(spread)[1][:, 0]
-            moved[i] = points[i] + np.dot(mean, normal) * normal
+            (x, y, z), spread = moments(points, counts, start, columns, radius, i)
+            across, along, up = least_axis(*spread)[0]
+            step = x * across + y * along + z * up
+            moved[i, 0] = points[i, 0] + step * across
+            moved[i, 1] = points[i, 1] + step * along
+            moved[i, 2] = points[i, 2] + step * up
 
 
 @njit(cache=True, error_model="numpy")
 def moments(points, counts, start, columns, radius, i):
-    """Return the weighted mean (3,) of a point's neighbours, relative to it, and their covariance (3, 3)."""
+    """Return the weighted mean of a point's neighbours, relative to it, and their covariance, as for `least_axis`."""
     total, x, y, z = 0.0, 0.0, 0.0, 0.0
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for column in range(9):
@@ -75,9 +80,9 @@ def moments(points, counts, start, columns, radius, i):
                 total, x, y, z = total + weight, x + weight * a, y + weight * b, z + weight * c
                 xx, xy, xz = xx + weight * a * a, xy + weight * a * b, xz + weight * a * c
                 yy, yz, zz = yy + weight * b * b, yz + weight * b * c, zz + weight * c * c
-    mean = np.array([x, y, z]) / total
-    spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / total
-    return mean, spread - np.outer(mean, mean)
+    x, y, z = x / total, y / total, z / total
+    spread = (xx / total - x * x, xy / total - x * y, xz / total - x * z)
+    return (x, y, z), (*spread, yy / total - y * y, yz / total - y * z, zz / total - z * z)
 
 
 TOP = "top"  # for objects that carry a known pool, see `pools.tops`

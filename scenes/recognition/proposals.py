@@ -237,7 +237,7 @@ def on_top(
             continue
         support = float(np.median(top.height_at(item)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box, on_top=top.is_table))
-        if np.ptp(item[:, :2], axis=0).max() > RECOGNITION.widest_vessel:
+        if np.ptp(corners_of(item)[:, :2], axis=0).max() > RECOGNITION.widest_vessel:
             alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]

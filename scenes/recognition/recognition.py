@@ -15,9 +15,10 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
 from ..pools.vessels import surroundings
-from ..scans.cells import NearPoints, cells, crowded
+from ..scans.cells import cells
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
+from ..scans.neighbors import NearPoints, crowded, nearest_others
 from ..scans.scan import Scan, require_surfaces
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, Shell, segment
@@ -28,7 +29,6 @@ from .judging import (
     RecognitionContext,
     classify_parts,
     classify_proposals,
-    is_fragment,
     surroundings_for,
     unsure_ranges,
 )
@@ -108,6 +108,7 @@ def compile_kernels():
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
     crowded(few, 0.02)
+    nearest_others(few, np.arange(1), 0.02)
     NearPoints(few, 0.02).to(few)
     surroundings(few, few)
     euclidean_clusters(few, 0.02)
@@ -213,7 +214,7 @@ def scene_object(number: int, points: np.ndarray, candidate: ObjectCandidate) ->
         points=members,
         support=support,
         box=box.lowered(support),
-        fragment=is_fragment(members, box, support),
+        fragment=candidate.fragment,
         functions=candidate.functions,
         screened=candidate.screened,
         proposed_by=candidate.proposal.by,

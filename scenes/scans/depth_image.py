@@ -7,7 +7,6 @@ import math
 import os
 from contextlib import suppress
 from dataclasses import MISSING, dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,8 @@ from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explai
 from spherefunc_bullet.formats.files import require_file
 
 from ..settings import SCAN
-from .cells import NEIGHBORS, cells, crowded
+from .cells import cells
+from .neighbors import NEIGHBORS, crowded, nearest_others
 from .scan import Report, Scan, scan_from_points
 
 SCALE = 1000.0  # depth values per metre
@@ -232,18 +232,17 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     side : float
         Of the voxels to be filled, metres.
     """
-    from scipy.spatial import cKDTree
-
     places = cells(points, side).means
     if len(places) <= NEIGHBORS:
         return points
-    alone, tree = ~crowded(places, SCAN.sparse * side), cKDTree(places)
-    nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=SCAN.widest_gap)
-    lone, nearest_other = np.flatnonzero(alone), nearest(places[alone])[1]
+    alone = ~crowded(places, SCAN.sparse * side)
+    lone = np.flatnonzero(alone)
+    nearest_other = nearest_others(places, lone, SCAN.widest_gap)
     is_other = np.zeros(len(places) + 1, bool)  # the last one is that of no neighbour
     is_other[nearest_other] = True
     others = np.flatnonzero(is_other[:-1] & ~alone)
-    queries, neighbors = np.append(lone, others), np.vstack([nearest_other, nearest(places[others])[1]])
+    queries = np.append(lone, others)
+    neighbors = np.vstack([nearest_other, nearest_others(places, others, SCAN.widest_gap)])
     return np.vstack([points, between(places, mutual_pairs(queries, neighbors, alone), side)])
 
 
@@ -254,13 +253,13 @@ def mutual_pairs(queries: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) 
     ----------
     queries : (A,) int64
         Indices of the points that stand alone, and of their neighbours.
-    neighbors : (A, K + 1) int64
-        Indices of the nearest points of each, itself first; N where there are no more.
+    neighbors : (A, K) int64
+        Indices of the nearest other points of each; N where there are no more.
     alone : (N,) bool
     """
     count = len(alone)
-    first = np.repeat(queries, neighbors.shape[1] - 1)
-    second = neighbors[:, 1:].ravel()
+    first = np.repeat(queries, neighbors.shape[1])
+    second = neighbors.ravel()
     known = second < count
     keys = np.sort((np.minimum(first, second) * (count + 1) + np.maximum(first, second))[known])
     keys = keys[1:][keys[1:] == keys[:-1]]

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.processes.compilation import njit
 
 from ..settings import SCAN
-from .cells import cells
+from .spread import CellMoments, cell_moments, spread_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,21 +36,22 @@ def find_patches(points: np.ndarray) -> Patches:
     With noise of a few centimetres, as a Kinect's at four metres, only large patches have a reliable normal. Each
     counts a third of its area, so that a surface that is flat in all sizes counts once.
     """
-    sizes = [patches_of_size(points, side) for side in SCAN.patch_sides]
+    moments = [cell_moments(points, SCAN.patch_sides[0])]
+    moments += [moments[0].merged(side) for side in SCAN.patch_sides[1:]]
+    sizes = [patches_of_size(each, side) for each, side in zip(moments, SCAN.patch_sides, strict=True)]
     names = ("centers", "normals", "areas", "thickness")
     return Patches(*(np.concatenate([getattr(size, name) for size in sizes]) for name in names))
 
 
-def patches_of_size(points: np.ndarray, side: float) -> Patches:
-    """Return the flat pieces of one size, metres."""
-    grid = cells(points, side)
-    spread, axes = np.linalg.eigh(grid.covariances)
+def patches_of_size(moments: CellMoments, side: float) -> Patches:
+    """Return the flat pieces of cells of one side, metres."""
+    moments = moments.of_many(SCAN.patch_points)
+    spread, normals = spread_of(moments.covariances)
     spread = np.sqrt(np.maximum(spread, 0))
     flat = (spread[:, 0] < SCAN.patch_thickness * spread[:, 1]) & (spread[:, 1] > 0.1 * side)
-    flat &= grid.counts >= SCAN.patch_points
     # A square of side a spreads by a / sqrt(12) along each of its axes.
     areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2) / len(SCAN.patch_sides)
-    return Patches(grid.means[flat], axes[flat, :, 0], areas[flat], spread[flat, 0])
+    return Patches(moments.means[flat], normals[flat], areas[flat], spread[flat, 0])
 
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL).
@@ -122,10 +124,22 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     if not len(tried):
         return None
     largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[: SCAN.tried]]
-    cosine = normals[largest] @ normals.T
-    agreeing = ((cosine > np.cos(SCAN.aligned)) | (np.abs(cosine) < np.sin(SCAN.aligned))) @ patches.areas
+    agreeing = np.empty(len(largest))
+    add_agreeing(normals, patches.areas, largest, np.cos(SCAN.aligned), np.sin(SCAN.aligned), agreeing)
     best = int(np.argmax(agreeing * (0.6 + 0.4 * leaning[largest])))
     return refined_up(normals, patches.areas, normals[largest[best]])
+
+
+@njit(cache=True, error_model="numpy")
+def add_agreeing(normals, areas, tried, cosine, sine, agreeing):
+    """Write the area (T,) to whose normals each tried one of all normals (P, 3) is nearly equal, or at right angles."""
+    for k in range(len(tried)):
+        x, y, z, area = normals[tried[k], 0], normals[tried[k], 1], normals[tried[k], 2], 0.0
+        for i in range(len(normals)):
+            along = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
+            if along > cosine or abs(along) < sine:
+                area += areas[i]
+        agreeing[k] = area
 
 
 def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:

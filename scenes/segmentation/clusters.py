@@ -31,11 +31,21 @@ def euclidean_clusters(points: np.ndarray, tolerance: float) -> np.ndarray:
     return renumbered(cluster_of)
 
 
-def members_of(labels: np.ndarray) -> list[np.ndarray]:
-    """Return the indices of the points (N,) that carry each label from 0 on, ascending."""
-    order = np.argsort(labels, kind="stable")
-    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
+def members_of(labels: np.ndarray, least: int = 0) -> list[np.ndarray]:
+    """Return the indices of the points (N,) that carry each label from 0 on, ascending, for at least some labels."""
+    bounds = np.append(0, np.cumsum(np.bincount(labels[labels >= 0], minlength=least)))
+    order = np.empty(bounds[-1], np.int64)
+    sort_by_label(labels, bounds[:-1].copy(), order)
     return [order[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
+
+
+@njit(cache=True, error_model="numpy")
+def sort_by_label(labels, place, order):
+    """Write the indices of the points (N,) label by label, from the place (L,) of each label on, which advances."""
+    for i in range(len(labels)):
+        if labels[i] >= 0:
+            order[place[labels[i]]] = i
+            place[labels[i]] += 1
 
 
 def renumbered(cluster_of: np.ndarray) -> np.ndarray:
@@ -64,6 +74,9 @@ def connect(points, reach, keys, start, roots):
         The index of each point, or a smaller one in its cluster; receives the smallest.
     """
     first = np.zeros((2, 3), np.int64)  # cell of each column that may be beside: keys ascend, so these only advance
+    united = np.zeros(len(keys), np.bool_)  # whether the points of each cell are in one cluster
+    for cell in range(len(keys)):
+        united[cell] = connect_cells(points, reach, start, cell, cell, roots, False)
     for cell in range(len(keys)):
         for dx in range(0, 2):
             for dy in range(-1, 2):
@@ -73,16 +86,22 @@ def connect(points, reach, keys, start, roots):
                 # The three cells along z follow one another.
                 other = first[dx, dy + 1]
                 while other < len(keys) and keys[other] <= key + 1:
-                    if other >= cell:
-                        connect_cells(points, reach, start, cell, other, roots)
+                    if other > cell:
+                        connect_cells(points, reach, start, cell, other, roots, united[cell] and united[other])
                     other += 1
     for i in range(len(points)):
         roots[i] = root_of(roots, i)
 
 
 @njit(cache=True, error_model="numpy")
-def connect_cells(points, reach, start, a, b, roots):
-    """Unite neighbours of two cells, which may be the same."""
+def connect_cells(points, reach, start, a, b, roots, united):
+    """Unite neighbours of two cells, which may be the same; return whether all points of the first are in one cluster.
+
+    One pair of neighbours is enough if the points of each cell are ``united``.
+    """
+    whole, own = True, root_of(roots, start[a])
+    if united and own == root_of(roots, start[b]):
+        return whole
     for i in range(start[a], start[a + 1]):
         one = root_of(roots, i)
         for j in range(max(start[b], i + 1), start[b + 1]):
@@ -93,6 +112,12 @@ def connect_cells(points, reach, start, a, b, roots):
                 other = root_of(roots, j)
                 roots[max(one, other)] = min(one, other)
                 one = min(one, other)
+                if united:
+                    return whole
+    own = root_of(roots, start[a])
+    for i in range(start[a], start[a + 1]):
+        whole = whole and root_of(roots, i) == own
+    return whole
 
 
 @njit(cache=True, error_model="numpy")
@@ -142,7 +167,7 @@ def bounding_box(points: np.ndarray) -> Box:
 
     One of its sides runs along an edge of the convex hull, as that of least area always does.
     """
-    x, y, width, depth, angle = least_rectangle(hull_corners(points[:, :2]))
+    x, y, width, depth, angle = least_rectangle(hull_corners(points))
     bottom, top = points[:, 2].min(), points[:, 2].max()
     return Box(center=np.array([x, y, (bottom + top) / 2]), size=np.array([width, depth, top - bottom]), yaw=angle)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spherefunc_bullet.errors import CheckedSettings, InputError, amount
+from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
 from ..scans.gravity import Patches, find_patches
@@ -177,16 +178,36 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
     tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // SCAN.tried)]
-    aligned = np.abs(normals[tried] @ normals.T) > np.cos(SCAN.aligned)
-    offsets = (normals[tried] * places[tried]).sum(axis=1)
-    near = np.abs(normals[tried] @ places.T - offsets[:, None]) < SEGMENTATION.wall_thickness
-    best = int(np.argmax((aligned & near) @ patches.areas))
-    inside = aligned[best] & near[best]
+    area = np.empty(len(tried))
+    limits = np.cos(SCAN.aligned), SEGMENTATION.wall_thickness
+    add_coplanar(normals, places, patches.areas, tried, *limits, area)
+    best = int(np.argmax(area))
+    offsets = (places - places[tried[best]]) @ normals[tried[best]]
+    inside = (np.abs(normals @ normals[tried[best]]) > limits[0]) & (np.abs(offsets) < limits[1])
     centre = np.average(places[inside], axis=0, weights=patches.areas[inside])
     normal = normals[tried[best]]
     if inside.sum() >= 3:
         normal = np.linalg.eigh(np.cov(places[inside].T, aweights=patches.areas[inside]))[1][:, 0]
     return (normal, float(normal @ centre)), inside
+
+
+@njit(cache=True, error_model="numpy")
+def add_coplanar(normals, places, areas, tried, cosine, thickness, coplanar):
+    """Write the area (T,) of the patches that lie in the upright plane of each tried one.
+
+    Parameters
+    ----------
+    normals, places : (P, 2) float64
+        Of all patches, seen from above.
+    """
+    for k in range(len(tried)):
+        x, y = normals[tried[k], 0], normals[tried[k], 1]
+        offset, area = x * places[tried[k], 0] + y * places[tried[k], 1], 0.0
+        for i in range(len(normals)):
+            near = abs(x * places[i, 0] + y * places[i, 1] - offset) < thickness
+            if near and abs(x * normals[i, 0] + y * normals[i, 1]) > cosine:
+                area += areas[i]
+        coplanar[k] = area
 
 
 def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: Patches) -> Wall | None:

@@ -6,8 +6,9 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from spherefunc_bullet.clouds.outline import hull_corners
 from spherefunc_bullet.learning.profiles.columns import outline_of, well_within
-from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, NearPoints, cells, crowded
-from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
+from spherefunc_bullet.scenes.scans.cells import cells
+from spherefunc_bullet.scenes.scans.neighbors import NEIGHBORS, NearPoints, crowded, nearest_others
+from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters, members_of
 
 
 def scattered(count: int, seed: int = 0, thick: float = 0.02) -> np.ndarray:
@@ -29,9 +30,11 @@ def test_cells_are_those_of_numpy(count: int, side: float):
 
 
 def test_points_far_apart_share_no_cell():
-    points = np.array([[-500.0, 0, 0], [500, 0, 0], [0, 500, -500], [0, 500, 500], [-500, 0, 0]])
+    # In cells of 1 mm over 2 km a cell and a point of it do not fit into one number.
+    points = np.array([[-1000.0, 0, 0], [1000, 0, 0], [0, 1000, -1000], [0, 1000, 1000], [-1000, 0, 0]])
     found = cells(points, 0.001)
     assert found.counts.tolist() == [2, 1, 1, 1] and found.cell_of.tolist() == [0, 3, 1, 2, 0]
+    assert found.order.tolist() == [0, 4, 2, 3, 1]
 
 
 @pytest.mark.parametrize(("count", "others"), [(0, 5), (5, 0), (3_000, 2_000)])
@@ -46,6 +49,19 @@ def test_crowded_is_what_a_tree_counts():
     counts = cKDTree(points).query_ball_point(points, 0.03, return_length=True) - 1
     assert 0.1 < np.mean(counts >= NEIGHBORS) < 0.9
     assert np.array_equal(crowded(points, 0.03), counts >= NEIGHBORS)
+
+
+def test_nearest_others_are_those_of_a_tree():
+    points, asked = scattered(4_000, thick=0.1), np.arange(0, 4_000, 3)
+    expected = cKDTree(points).query(points[asked], k=NEIGHBORS + 1, distance_upper_bound=0.04)[1][:, 1:]
+    assert 0 < np.mean(expected == len(points)) < 0.5
+    assert np.array_equal(nearest_others(points, asked, 0.04), expected)
+
+
+def test_members_of_labels_are_listed_in_order():
+    labels = np.array([1, -3, 0, 1, -1, 3])
+    assert [rows.tolist() for rows in members_of(labels)] == [[2], [0, 3], [], [5]]
+    assert [len(rows) for rows in members_of(labels, 6)] == [1, 2, 0, 1, 0, 0] and members_of(labels[:0]) == []
 
 
 def test_clusters_are_the_connected_components():
