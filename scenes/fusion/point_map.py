@@ -114,14 +114,14 @@ class PointMap:
         voxels, known = cells(seen, self.settings.voxel_size), len(self.points)
         count = len(voxels.keys)
         sums = [np.bincount(voxels.cell_of, weights * along, count) for along in seen.T]
-        self.weights = np.bincount(voxels.cell_of, weights, count)
-        self.points = np.column_stack(sums) / self.weights[:, None]
+        weights = np.bincount(voxels.cell_of, weights, count)
         before, now = voxels.cell_of[:known], voxels.cell_of[known:]
-        self.present = np.bincount(before, self.present, count) + (np.bincount(now, minlength=count) > 0)
-        self.free = np.bincount(before, self.free, count)
-        labels = np.full(count, NEW, np.int32)
+        present = np.bincount(before, self.present, count) + (np.bincount(now, minlength=count) > 0)
+        free, labels = np.bincount(before, self.free, count), np.full(count, NEW, np.int32)
         labels[before] = self.labels
-        self.labels = labels
+        points = np.column_stack(sums) / weights[:, None]
+        # At once, so that the map stays usable after Ctrl-C.
+        self.points, self.weights, self.present, self.free, self.labels = points, weights, present, free, labels
 
     def forget(self, points: np.ndarray, views: Sequence[View]):
         """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""

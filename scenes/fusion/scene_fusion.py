@@ -179,6 +179,8 @@ class SceneFusion:
             self.map.forget(gone.points, new)
         watch.lap("forgetting")
         region = None if whole else self.changed()
+        # An update that does not come to its end, as by Ctrl-C, is made up for by a look at all of the map.
+        known, self.looked_at = self.looked_at, 0
         watch.lap("comparing")
         same = self.recognise_all() if region is None else self.recognise_within(region)
         watch.lap("recognition")
@@ -187,7 +189,7 @@ class SceneFusion:
         found = self.tracker.update(others, clouds, self.views, new, same=list(same.values()))
         self.ids = same | {item.id: number for item, number in zip(others, found, strict=True)}
         watch.lap("tracking")
-        self.updated = self.count
+        self.updated, self.looked_at = self.count, len(self.map.points) if region is None else known
         self.stages |= watch.seconds
         members = members_of(self.room.labels, len(self.room.objects))
         return [self.fused_object(item.id, self.ids[item.id], members[item.id]) for item in self.room.objects]
@@ -207,7 +209,7 @@ class SceneFusion:
         scan = scan_from_points(self.map.points, "fused")
         frame = self.found_frame(scan.points)
         room = recognise(scan, self.model, frame=frame, **self.how)
-        self.scan, self.frame, self.room, self.looked_at = scan, frame, room, len(self.map.points)
+        self.scan, self.frame, self.room = scan, frame, room
         if not scan.dropped:
             self.map.relabel(room.labels)
         return {}

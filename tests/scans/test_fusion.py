@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import pickle
+import sys
 from collections import deque
+from itertools import count
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.scenes.fusion.changes import changed_region
 from spherefunc_bullet.scenes.fusion.frames import open_frames
 from spherefunc_bullet.scenes.fusion.point_map import (
@@ -29,7 +32,7 @@ from spherefunc_bullet.scenes.fusion.point_map import (
     smoothed_depth,
     view_of,
 )
-from spherefunc_bullet.scenes.fusion.tracking import OdometryLost, assigned, motion
+from spherefunc_bullet.scenes.fusion.tracking import OdometryLost, Tracker, assigned, motion
 from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
 from spherefunc_bullet.scenes.recognition.recognition import RoomFrame
 from spherefunc_bullet.scenes.scans.levelling import Levelling
@@ -45,6 +48,7 @@ TABLE = join(
     *(shift(box(0.05, 0.05, 0.7), x=x, y=y) for x in (-0.55, 0.55) for y in (-0.35, 0.35)),
 )
 CRATE = box(0.4, 0.4, 0.4)
+MODEL = inference_model(shipped_model("fast", scans=True), None)
 
 
 def surfaces_of(*solids) -> Surfaces:
@@ -244,6 +248,50 @@ def test_a_pickled_fusion_goes_on_where_it_was(images):
     answers = [
         [(item.id, item.scores, item.seen) for item in fused(images[1:2], each).objects()] for each in (fusion, other)
     ]
+    assert answers[0] == answers[1] != []
+
+
+def interrupted(doing, where, line: int | None = None) -> bool:
+    """Do something, and press Ctrl-C at the call, or the line from 0 on, of a function; return whether it got there."""
+    lines = count()
+
+    def trace(frame, event, _):
+        if frame.f_code is where.__code__ and (event == "call") == (line is None) and line in (None, next(lines)):
+            raise KeyboardInterrupt
+        return trace if frame.f_code is where.__code__ else None
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        doing()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def test_ctrl_c_leaves_a_map_that_takes_the_next_image():
+    camera, pose = sf.Intrinsics(width=32, height=24, fx=30, fy=30, cx=15.5, cy=11.5), np.diag([1.0, -1, -1, 1])
+    for where in (PointMap.add, PointMap.keep):
+        for line in count():
+            fusion = sf.SceneFusion(MODEL).add(np.full((24, 32), 1.0), camera, pose)
+            stopped = interrupted(lambda: fusion.add(np.full((24, 32), 2.0), camera, pose), where, line)  # noqa: B023
+            fusion.add(np.full((24, 32), 2.0), camera, pose)
+            rows = {len(getattr(fusion.map, name)) for name in ("points", "weights", "present", "free", "labels")}
+            assert len(rows) == 1, line
+            if not stopped:
+                break
+        assert line > 2
+
+
+def test_an_update_ended_by_ctrl_c_is_made_up_for(images):
+    fusion = fused(images[:1])
+    fusion.objects()
+    fused(images[1:2], fusion)
+    other = pickle.loads(pickle.dumps(fusion))
+    assert interrupted(fusion.objects, Tracker.update)
+    answers = [[(item.id, item.seen, *item.box.center) for item in each.objects()] for each in (fusion, other)]
     assert answers[0] == answers[1] != []
 
 
