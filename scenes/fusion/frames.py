@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -138,11 +139,23 @@ def timed_images(folder: Path) -> dict[float, Path]:
 def images_in(folder: Path) -> list[Path]:
     """Return the depth images of a folder or of ``depth/`` in it, in the order of their names."""
     for place in (folder, folder / "depth"):
-        paths = sorted(place.glob("*.png"))
+        paths = sorted(place.glob("*.png"), key=counting)
         depths = [path for path in paths if path.name.endswith(_DEPTH_PNG)]
         if paths:
             return depths or paths
     return []
+
+
+def counting(path: Path) -> list[str | int]:
+    """Return a key to sort files by, in which 2.png comes before 10.png.
+
+    Examples
+    --------
+    >>> counting(Path("depth10.png"))
+    ['depth', 10, '.png']
+    """
+    words: list[str | int] = list(re.split("([0-9]+)", path.name))
+    return [int(word) if place % 2 else word for place, word in enumerate(words)]
 
 
 def poses_of(paths: list[Path], timed: dict[float, Path], poses: Path | None) -> list[np.ndarray | Path | None]:
@@ -190,15 +203,21 @@ def read_tum(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read_log(path: Path, count: int) -> Iterator[np.ndarray | None]:
-    """Yield T_world_camera (4, 4) for each of the images, from Redwood's log of three numbers and 4 x 4 for each."""
+    """Yield T_world_camera (4, 4) for each of the images, from Redwood's log of three numbers and 4 x 4 for each.
+
+    The third number is that of the image, from 1 on; where these do not count, poses are in the order of the images.
+    """
     words = [as_number(word) for line in lines_of(path) for word in line.split()]
     if not words or len(words) % 19 or None in words:
         raise InputError(f"{path.name}: expected blocks of three whole numbers and a matrix of 4 x 4, found others")
     table = np.array(words, float).reshape(-1, 19)
     if len(table) > count:
         raise InputError(f"{path.name}: expected a pose for each of the {count} images, got {len(table)} poses")
-    for place in range(count):
-        yield table[place, 3:].reshape(4, 4) if place < len(table) else None
+    numbers = table[:, 2]
+    if (np.diff(numbers, prepend=0) <= 0).any() or numbers[-1] > count:
+        numbers = np.arange(1, len(table) + 1)
+    known = dict(zip(numbers, table[:, 3:].reshape(-1, 4, 4), strict=True))
+    yield from map(known.get, range(1, count + 1))
 
 
 def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:

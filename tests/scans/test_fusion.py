@@ -412,6 +412,29 @@ def test_a_log_of_more_poses_than_images_is_refused(images, tmp_path):
         open_frames(tmp_path, poses=tmp_path / "trajectory.log")
 
 
+def log_of(numbers) -> str:
+    """Return a Redwood log of poses whose x is the number of the image, with three numbers before each."""
+    return "".join(f"{k - 1} {k - 1} {k}\n1 0 0 {k}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n" for k in numbers)
+
+
+def test_images_are_in_the_order_of_their_numbers(tmp_path):
+    for number in range(1, 13):
+        write_png(tmp_path / f"{number}.png", np.full((4, 4), number / 10))
+    (tmp_path / "trajectory.log").write_text(log_of(range(1, 13)))
+    frames = open_frames(tmp_path, poses=tmp_path / "trajectory.log").frames
+    found = [(frame.depth()[0, 0] * 10, frame.T_world_camera()[0, 3]) for frame in frames]
+    assert np.allclose(found, [(k, k) for k in range(1, 13)])
+
+
+@pytest.mark.parametrize(("numbers", "known"), [([1, 3, 4], [1, None, 3, 4]), ([7, 9, 12], [7, 9, 12, None])])
+def test_a_log_says_which_images_its_poses_are_of(numbers, known, tmp_path):
+    for number in range(4):
+        write_png(tmp_path / f"{number:06d}.png", np.ones((4, 4)))
+    (tmp_path / "trajectory.log").write_text(log_of(numbers))
+    poses = [frame.pose for frame in open_frames(tmp_path, poses=tmp_path / "trajectory.log").frames]
+    assert [None if pose is None else pose[0, 3] for pose in poses] == known
+
+
 def test_long_sequences_do_not_fill_the_memory():
     camera, pose = sf.Intrinsics(width=32, height=24, fx=30, fy=30, cx=15.5, cy=11.5), np.diag([1.0, -1, -1, 1])
     fusion = sf.SceneFusion()
