@@ -19,6 +19,7 @@ from ..scans.scan import Report
 TUM_SCALE = 5000.0  # depth values per metre of TUM's data sets; of all others `SCALE`
 NEAR_IN_TIME = 0.02  # seconds between a depth image and its pose, as in TUM's own association
 UNSEEN = 65_535  # of 16 bits: 7-Scenes' and 3DMatch's mark of pixels without a measurement
+_SHOWN = 80  # letters of a line in an error
 _DEPTH_PNG, _POSE_TXT = ".depth.png", ".pose.txt"
 
 
@@ -187,10 +188,11 @@ def read_tum(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """
     from scipy.spatial.transform import Rotation
 
-    rows = [[as_number(word) for word in line.split()] for line in lines_of(path)]
-    wrong = next((row for row in rows if len(row) != 8 or None in row), None)
+    lines = lines_of(path)
+    rows = [[as_number(word) for word in line.split()] for line in lines]
+    wrong = next((line for line, row in zip(lines, rows, strict=True) if len(row) != 8 or None in row), None)
     if not rows or wrong is not None:
-        came = "none" if wrong is None else f"one of {len(wrong)} words"
+        came = one_line(wrong or "none")[:_SHOWN]
         raise InputError(f"{path.name}: expected lines of timestamp tx ty tz qx qy qz qw, found {came}")
     table = np.array(rows, float)
     poses = np.tile(np.eye(4), (len(table), 1, 1))
@@ -233,23 +235,25 @@ def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
         with suppress(InputError):
             size = read_depth(image).shape[::-1]
             break
-    return camera_of_matrix(numbers_of(path, (3, 3)), size, path.name)
+    K = numbers_of(path, (3, 3), "a camera's JSON, as Open3D writes it, or its matrix of 3 x 3 numbers")
+    return camera_of_matrix(K, size, path.name)
 
 
-def numbers_of(path: Path, shape: tuple[int, int]) -> np.ndarray:
-    """Return a matrix from a text file."""
+def numbers_of(path: Path, shape: tuple[int, int], what: str = "a pose of 4 x 4 numbers") -> np.ndarray:
+    """Return a matrix from a text file, or raise InputError that says what is expected."""
     words = [as_number(word) for line in lines_of(path) for word in line.split()]
     if len(words) != shape[0] * shape[1] or None in words:
-        raise InputError(f"{path.name}: expected {shape[0]} x {shape[1]} numbers, found {len(words)} words")
+        raise InputError(f"{path.name}: expected {what}, found {len(words)} words")
     return np.array(words, float).reshape(shape)
 
 
 def lines_of(path: Path) -> list[str]:
-    """Return the lines of a text file without comments and empty ones."""
+    """Return the lines of a text file without comments and empty ones, words divided by spaces."""
     require_file(path)
     with explaining(f"{one_line(path.name)}: expected a text that can be read", OSError, UnicodeDecodeError):
-        text = path.read_text(encoding="utf-8")
-    return [line for line in map(str.strip, text.splitlines()) if line and not line.startswith("#")]
+        text = path.read_text(encoding="utf-8-sig")  # Windows may write a mark before it
+    lines = (line.partition("#")[0].replace(",", " ").strip() for line in text.splitlines())
+    return [line for line in lines if line]
 
 
 def as_number(word: str) -> float | None:

@@ -435,6 +435,28 @@ def test_a_log_says_which_images_its_poses_are_of(numbers, known, tmp_path):
     assert [None if pose is None else pose[0, 3] for pose in poses] == known
 
 
+@pytest.mark.parametrize("row", ["1.5,1,2,3,0,0,0,1", "1.5, 1, 2, 3, 0, 0, 0, 1", "\ufeff1.5 1 2 3 0 0 0 1  # first"])
+def test_poses_as_other_programs_write_them(row, tmp_path):
+    write_png(tmp_path / "1.500000.png", np.ones((4, 4)))
+    (tmp_path / "groundtruth.txt").write_text(row + "\r\n", encoding="utf-8", newline="")
+    (frame,) = open_frames(tmp_path).frames
+    assert frame.T_world_camera()[:3].tolist() == [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3]]
+
+
+def test_a_line_that_is_no_pose_is_shown(tmp_path):
+    write_png(tmp_path / "1.500000.png", np.ones((4, 4)))
+    (tmp_path / "groundtruth.txt").write_text("timestamp,tx,ty,tz,qx,qy,qz,qw\n")
+    with pytest.raises(InputError, match="of timestamp tx ty tz qx qy qz qw, found timestamp tx ty tz qx qy qz qw$"):
+        open_frames(tmp_path)
+
+
+def test_a_camera_in_another_format_is_told_which_there_are(tmp_path):
+    write_png(tmp_path / "0.png", np.ones((4, 4)))
+    (tmp_path / "camera.yaml").write_text("image_width: 4\n")
+    with pytest.raises(InputError, match="camera.yaml: expected a camera's JSON.* or its matrix of 3 x 3 numbers"):
+        open_frames(tmp_path, intrinsics=tmp_path / "camera.yaml")
+
+
 def test_long_sequences_do_not_fill_the_memory():
     camera, pose = sf.Intrinsics(width=32, height=24, fx=30, fy=30, cx=15.5, cy=11.5), np.diag([1.0, -1, -1, 1])
     fusion = sf.SceneFusion()
