@@ -20,7 +20,7 @@ from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import TABLE_TOP, Room, RoomFrame, recognise
 from ..scans.cells import cells
-from ..scans.depth_image import Intrinsics, checked_camera, matrix_of, require_depth
+from ..scans.depth_image import Intrinsics, checked_camera, in_metres, matrix_of, require_depth
 from ..scans.gravity import up_vector
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points
@@ -113,9 +113,9 @@ class SceneFusion:
 
         Parameters
         ----------
-        depth : (H, W) array_like, metres
-            0, NaN and infinity are unseen.
-        intrinsics : Intrinsics, or (3, 3) array_like in pixels
+        depth : (H, W) array_like
+            Integers are millimetres, others metres; 0, NaN and infinity are unseen.
+        intrinsics : Intrinsics, Open3D's PinholeCameraIntrinsic, or (3, 3) or (9,) array_like in pixels
         pose : (4, 4) array_like, optional
             T_world_camera; the camera looks along z, y is down. Without one, Open3D's odometry estimates it from the
             previous image, and the first camera's frame is the world's.
@@ -281,10 +281,12 @@ def turned_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray
 
 def checked_depth(depth: ArrayLike, farthest: float, name: str) -> np.ndarray:
     """Return a depth image (H, W) float64, metres, NaN where nothing was measured within the farthest depth."""
-    depth = require_depth(depth, name).astype(np.float64)
+    measured = require_depth(depth, name)
+    depth = in_metres(measured, None, name)
     depth = np.where((depth > 0) & (depth < farthest), depth, np.nan)
     if not np.isfinite(depth).any():
-        raise InputError(f"{name}: expected surfaces within {farthest:g} m, found none; is it in metres?")
+        unit = "metres" if measured.dtype.kind == "f" else "millimetres"
+        raise InputError(f"{name}: expected surfaces within {farthest:g} m, found none; is it in {unit}?")
     return depth
 
 

@@ -85,7 +85,7 @@ def find_objects(
     backend : str, optional
         The simulator that the model must be for; by default ``fast`` where no model is given.
     settings : Segmentation, optional
-    intrinsics : path, Intrinsics, or (3, 3) array_like in pixels, optional
+    intrinsics : path, Intrinsics, Open3D's PinholeCameraIntrinsic, or (3, 3) or (9,) array_like in pixels, optional
         The camera of a depth image, which ``scan`` then is: a path (PNG, TIFF, NPY), or an array (H, W).
     color : path, optional
         The colour image of a depth image.

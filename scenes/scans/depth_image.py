@@ -98,7 +98,7 @@ def load_depth_image(
     ----------
     image : Path, or (H, W) array
         PNG, TIFF or NPY. Whole numbers are divided by ``depth_scale``; others are metres. 0 and NaN are unseen.
-    intrinsics : Path, Intrinsics, or (3, 3) array_like in pixels, optional
+    intrinsics : Path, Intrinsics, Open3D's PinholeCameraIntrinsic, or (3, 3) or (9,) array_like in pixels, optional
         The camera; without it a first-generation Kinect's is assumed, and that is reported.
     color : Path, optional
         An image of the same size, registered to the depth.
@@ -155,10 +155,12 @@ def require_depth_image(is_image: bool, name: str, options: dict[str, object]):
 
 
 def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
-    """Return the camera of a depth image (H, W)."""
+    """Return the camera of a depth image (H, W); an Open3D PinholeCameraIntrinsic is one as well."""
     if not isinstance(intrinsics, Intrinsics):
-        K = matrix_of(intrinsics, (3, 3), f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels")
-        intrinsics = camera_of_matrix(K, depth.shape[::-1], name)
+        size = getattr(intrinsics, "width", depth.shape[1]), getattr(intrinsics, "height", depth.shape[0])
+        K = getattr(intrinsics, "intrinsic_matrix", intrinsics)
+        K = matrix_of(K, (3, 3), f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels")
+        intrinsics = camera_of_matrix(K, size, name)
     require_same_size(name, (intrinsics.width, intrinsics.height), depth, "a camera")
     return intrinsics
 
@@ -167,6 +169,8 @@ def matrix_of(numbers: ArrayLike, shape: tuple[int, int], expected: str) -> np.n
     """Return numbers as a matrix, or raise InputError in a line that begins with what is expected."""
     with explaining(f"{expected}, got {type(numbers).__name__}", TypeError, ValueError):
         matrix = np.asarray(numbers, float)
+    if matrix.shape == (9,):  # as in a sensor_msgs/CameraInfo
+        matrix = matrix.reshape(3, 3)
     if matrix.shape != shape:
         raise InputError(f"{expected}, got shape {matrix.shape}")
     return matrix

@@ -398,6 +398,22 @@ def test_depth_in_millimetres_is_refused_and_changes_nothing(images):
     assert not fusion.views
 
 
+def test_integers_are_millimetres_and_cameras_may_be_of_open3d_or_ros(images):
+    import open3d as o3d
+
+    depth, pose = images[0]
+    steps = np.round(np.nan_to_num(depth) * 1000)
+    K = np.array([[CAMERA.fx, 0, CAMERA.cx], [0, CAMERA.fy, CAMERA.cy], [0, 0, 1]])
+    other = o3d.camera.PinholeCameraIntrinsic(320, 240, K)
+    wanted = sf.SceneFusion(MODEL).add(steps / 1000, CAMERA, pose).map.points
+    for camera in (CAMERA, other, K.ravel()):
+        assert np.array_equal(sf.SceneFusion(MODEL).add(steps.astype(np.uint16), camera, pose).map.points, wanted)
+    with pytest.raises(InputError, match="expected a camera of 320 x 240 as the depth, got a camera of 640 x 480"):
+        sf.SceneFusion(MODEL).add(depth, o3d.camera.PinholeCameraIntrinsic(640, 480, K), pose)
+    with pytest.raises(InputError, match=r"is it in millimetres\?"):
+        sf.SceneFusion(MODEL).add((steps * 1000).astype(np.uint32), CAMERA, pose)
+
+
 @pytest.mark.parametrize("how", [{"completion": ("foo",)}, {"proposals": "pools"}])
 def test_unknown_steps_of_recognition_are_refused(how):
     with pytest.raises(InputError, match=f"{next(iter(how))}.*expected"):
