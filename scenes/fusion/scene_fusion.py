@@ -89,6 +89,7 @@ class SceneFusion:
         require_known("completion", completion, STEPS)
         require_known("proposals", proposals, KINDS)
         require_kind("fusion", fusion, FusionSettings)
+        require_kind("settings", settings, Segmentation)
         shipped = shipped_model(backend or "fast", scans=True) if model is None else model
         self.model, self.up = inference_model(shipped, backend), up_vector(up)
         self.how = {"settings": settings, "completion": completion, "proposals": proposals}

@@ -414,8 +414,8 @@ def test_integers_are_millimetres_and_cameras_may_be_of_open3d_or_ros(images):
         sf.SceneFusion(MODEL).add((steps * 1000).astype(np.uint32), CAMERA, pose)
 
 
-@pytest.mark.parametrize("how", [{"completion": ("foo",)}, {"proposals": "pools"}])
-def test_unknown_steps_of_recognition_are_refused(how):
+@pytest.mark.parametrize("how", [{"completion": ("foo",)}, {"proposals": "pools"}, {"settings": 3}])
+def test_unknown_steps_and_settings_of_recognition_are_refused(how):
     with pytest.raises(InputError, match=f"{next(iter(how))}.*expected"):
         sf.SceneFusion(**how)
 
