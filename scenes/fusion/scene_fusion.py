@@ -26,6 +26,7 @@ from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points
 from ..segmentation.clusters import Box, members_of
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, find_shell
+from ..settings import SCAN
 from .changes import Region, changed_region, renewed
 from .point_map import FusionSettings, PointMap, View, smoothed_depth, view_of
 from .tracking import KnownObject, Tracker, motion
@@ -138,6 +139,7 @@ class SceneFusion:
             if pose is None
             else checked_pose(pose, _VOXELS * self.fusion.voxel_size, name)
         )
+        self.require_near(T, name)
         watch.lap("odometry")
         view = view_of(depth, camera, T)
         self.map.add(depth, view)
@@ -157,6 +159,13 @@ class SceneFusion:
             came = f"{depth.shape[1]} x {depth.shape[0]} after {before.shape[1]} x {before.shape[0]}"
             raise InputError(f"{name}: expected images of one size for odometry, got {came}; give poses")
         return T_world_before @ motion(depth, before, camera, name, farthest=self.fusion.farthest)
+
+    def require_near(self, T: np.ndarray, name: str):
+        """Raise InputError for a camera (4, 4) so far from the first that objects of no scan so large are found."""
+        far = np.abs(T[:3, 3] - self.views[0].T_world_camera[:3, 3]).max() if self.views else 0.0
+        if far > SCAN.largest:
+            came = f"got one {far:.3g} m away; is its pose right, and in metres? Larger places need several maps"
+            raise InputError(f"{name}: expected a camera within {SCAN.largest:g} m of the map's first, {came}")
 
     @one_blas_thread
     def objects(self, whole: bool = False) -> list[FusedObject]:

@@ -214,9 +214,16 @@ def test_an_image_from_far_away_by_a_wrong_pose_costs_no_memory(images):
     before = {item.id for item in fusion.objects()}
     depth = np.full_like(images[0][0], np.nan)
     depth[:20, :20] = 1.0
-    away = look_at([5000.0, 5000.0, 1.5], [5001.0, 5000.0, 1.5])
+    away = look_at([61.0, 0.0, 1.5], [62.0, 0.0, 1.5])
     assert before <= {item.id for item in fusion.add(depth, CAMERA, away).objects()}
     assert changed_region(fusion.map, fusion.frame) is None and fusion.scan.dropped > 0
+
+
+def test_a_wrong_pose_far_away_costs_no_later_update(images):
+    fusion, away = fused(images[:1]), look_at([300.0, 0.0, 1.5], [301.0, 0.0, 1.5])
+    with pytest.raises(InputError, match="image 1: expected a camera within 60 m of the map's first, got one 298 m"):
+        fusion.add(images[1][0], CAMERA, away, "image 1")
+    assert fused(images[1:2], fusion).objects() and fusion.count == 2
 
 
 def test_a_cup_on_a_table_is_a_change():
