@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,16 +16,19 @@ from threadpoolctl import threadpool_limits
 from spherefunc_bullet.errors import InputError, require_kind, require_known
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+from spherefunc_bullet.places.place import Place
 
 from ..recognition.completion import DEFAULT, STEPS
+from ..recognition.objects import FoundObject, found_object
+from ..recognition.partial_places import room_places
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import TABLE_TOP, Room, RoomFrame, recognise
+from ..recognition.room import SceneObject
 from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics, checked_camera, in_metres, matrix_of, require_depth
 from ..scans.gravity import up_vector
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points
-from ..segmentation.clusters import Box, members_of
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, find_shell
 from ..settings import SCAN
 from .changes import Region, changed_region, renewed
@@ -45,18 +49,11 @@ _HEADING = 0.1  # weight of the cameras' own up, relative to their level axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FusedObject:
-    """One object of a fused room."""
+class FusedObject(FoundObject):
+    """One object of a fused room, in the world's frame."""
 
     id: int  # the same in every update
     label: int  # its place in `Room.objects`, and in `Room.labels`
-    functions: frozenset[str]  # that it has; empty if it has none
-    scores: dict[str, float]  # of each function, 0 to 1
-    box: Box  # upright; in the world's frame, if that is level
-    corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the world's frame, level or not
-    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the world's frame
-    unsure: bool  # the last reasons say why
-    reasons: tuple[str, ...]  # sentences
     seen: int  # images that show it; of those before it was found, of the newest 1000
     moved: np.ndarray | None  # (3,) metres that its middle went when it last moved; None: it stayed
 
@@ -201,8 +198,8 @@ class SceneFusion:
         watch.lap("tracking")
         self.updated, self.looked_at = self.count, len(self.map.points) if region is None else known
         self.stages |= watch.seconds
-        members = members_of(self.room.labels, len(self.room.objects))
-        return [self.fused_object(item.id, self.ids[item.id], members[item.id]) for item in self.room.objects]
+        places = cache(partial(room_places, self.scan, self.room))
+        return [self.fused_object(item, lambda own=item.id: places().get(own, ())) for item in self.room.objects]
 
     def changed(self) -> Region | None:
         """Return the part of the map that has changed since the last update; None if all of it is to be looked at."""
@@ -240,23 +237,10 @@ class SceneFusion:
         leaf = (self.how["settings"] or Segmentation()).leaf_size
         return RoomFrame(levelling=levelling, shell=find_shell(cells(levelling.to_level(points), leaf).means))
 
-    def fused_object(self, label: int, number: int, members: np.ndarray) -> FusedObject:
-        """Return one object of the last update, by its number in the room, its id and the indices of its points."""
-        item, known = self.room.objects[label], self.tracker.known[number]
-        doubts = self.room.doubts(item)
-        return FusedObject(
-            id=number,
-            label=label,
-            functions=item.members,
-            scores={name: membership.score for name, membership in item.functions.items()},
-            box=self.room.box_in_scan(item.box),
-            corners=self.room.levelling.to_scan(item.box.corners),
-            points=self.scan.points[members],
-            unsure=bool(doubts),
-            reasons=(*self.room.reasons(item), *doubts),
-            seen=known.seen,
-            moved=known.moved,
-        )
+    def fused_object(self, item: SceneObject, find: Callable[[], Sequence[Place]]) -> FusedObject:
+        """Return one object of the last update, whose places a function finds."""
+        known, found = self.tracker.known[self.ids[item.id]], found_object(item, self.room, self.scan, find)
+        return FusedObject(**vars(found), id=known.id, label=item.id, seen=known.seen, moved=known.moved)
 
     @property
     def gone(self) -> list[KnownObject]:

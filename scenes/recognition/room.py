@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from spherefunc_bullet.function_model import THRESHOLD, Membership
 from spherefunc_bullet.learning.profiles.calibration import ScoreRange, uncertainty
 
 from ..scans.levelling import Levelling
-from ..segmentation.clusters import Box
+from ..segmentation.clusters import Box, members_of
 from ..settings import RECOGNITION
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
@@ -213,6 +214,11 @@ class Room:
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
     thresholds: Mapping[str, ClaimThreshold] | None = None  # by the source of proposals; None: the model's own
     unsure_ranges: Mapping[str, ScoreRange] = field(default_factory=dict)  # of the scores of each function
+
+    @cached_property
+    def members(self) -> list[np.ndarray]:
+        """The indices of each object's points, ascending, (K,) int64 each."""
+        return members_of(self.labels, len(self.objects))
 
     @property
     def function_names(self) -> list[str]:

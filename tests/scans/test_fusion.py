@@ -292,6 +292,16 @@ def test_ctrl_c_leaves_a_map_that_takes_the_next_image():
         assert line > 2
 
 
+def test_objects_have_places_as_those_of_a_single_scan_have(images):
+    fusion = fused(images)
+    objects = fusion.objects()
+    fusion.add(images[0][0], CAMERA, look_at(EYES[1], [0.3, 0, 0.3]))  # places are those of the update before
+    (table,) = (item for item in pickle.loads(pickle.dumps(objects)) if "table" in item.functions)
+    place = table.places[0]
+    assert (place.kind, place.function) == ("put", "table") and np.abs(place.position[:2]).max() < 0.6
+    assert abs(place.position[2] - 0.73) < 0.01 and isinstance(table, sf.FoundObject)  # the top; noise of depth
+
+
 def test_an_update_ended_by_ctrl_c_is_made_up_for(images):
     fusion = fused(images[:1])
     fusion.objects()
