@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -90,7 +91,7 @@ def scene(
     from ..recognition.recognition import recognise
     from ..report.files import room_json
     from ..segmentation.segmentation import Segmentation
-    from .scene_frames import EVERY, require_outputs, scene_of_frames, write_files
+    from .scene_frames import EVERY, print_used, require_outputs, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
     require_method(method, model, {"--complete": complete, "--proposals": proposals})
@@ -103,21 +104,23 @@ def scene(
     )
     steps = steps_of(complete)
     alone = {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
-    alone |= {"--put": put, "--places": places or None, "--units": None if units == "auto" else units}
+    alone["--units"] = None if units == "auto" else units
     require_beside("--frames", frames is not None, alone, {"--poses": poses, "--every": every})
     if (place := frames or file) is None:
         raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     stem = place.stem if frames is None else place.resolve().name
     if out is not None:
         require_outputs(out, place, stem, (model, intrinsics, color, poses, put))
+    if frames is None:
+        require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
+    to_put = None if put is None else cloud_and_frame(put)
+    use = partial(places_in, put=to_put) if places or put is not None else lambda scan, room: None
     if frames is not None:
         source = open_frames(frames, poses=poses, intrinsics=intrinsics, depth_scale=depth_scale, report=say)
         fusion = SceneFusion(classifier, settings=settings, up=up, completion=steps, proposals=kinds)
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
-        return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
-    require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
-    to_put = None if put is None else cloud_and_frame(put)
+        return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks, use=use)
     scan = bag_scan(file, topic, time) or read_scan(file, units, intrinsics, color, depth_scale)
     up = "z" if up == "auto" and scan.level_frame is not None else up
     warm_up_recognition(classifier)
@@ -126,7 +129,7 @@ def scene(
     else:
         room = recognise_as_paper(scan, classifier, up=up, settings=settings)
     say_remarks(scan, room)
-    used = places_in(scan, room, to_put) if places or to_put is not None else None
+    used = use(scan, room)
     about = room_json(scan, room, used)
     if out is not None:
         write_files(scan, room, out, stem, about)
@@ -134,7 +137,7 @@ def scene(
         print_json(about | {"file": str(file)})
     else:
         print_room(scan, room)
-        print_used(scan, used or {})
+        print_used(scan.name, used or {})
 
 
 def require_method(method: str | None, model: Path | None, others: dict[str, str | None]):
@@ -222,18 +225,6 @@ def places_in(scan: Scan, room: Room, put: tuple[Cloud, Similarity] | None) -> d
     watch.lap("places")
     room.stages.update(watch.seconds)
     return found
-
-
-def print_used(scan: Scan, used: dict[int | None, list[Place]]):
-    """Print the places of each object as lines."""
-    from .places import HEAD, place_columns
-
-    rows = [
-        ["" if owner is None else str(owner), *place_columns(place.as_json())]
-        for owner, found in used.items()
-        for place in found
-    ]
-    print_table(f"{scan.name}: where it can be used", ["object", *HEAD], rows)
 
 
 def print_room(scan: Scan, room: Room):

@@ -14,6 +14,8 @@ from spherefunc_bullet.formats.files import prepare_folder, require_place
 EVERY = 10  # images between two updates of the objects
 
 if TYPE_CHECKING:
+    from spherefunc_bullet.places.place import Place
+
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
     from ..recognition.room import Room
@@ -40,18 +42,21 @@ def scene_of_frames(
     out: Path | None,
     json: bool,
     remarks: Callable[[Scan, Room], None],
+    use: Callable[[Scan, Room], dict[int | None, list[Place]] | None],
 ):
     """Fuse the images of a folder, write and print the objects, and exit with code 2 if an image was left out."""
     failures = Failures()
     objects = fuse(fusion, source, every, failures)
     remarks(fusion.scan, fusion.room)
-    about = fused_json(fusion, source, objects) | {"file": str(folder)}
+    used = use(fusion.scan, fusion.room)
+    about = fused_json(fusion, source, objects, used) | {"file": str(folder)}
     if out is not None:
         write_files(fusion.scan, fusion.room, out, folder.resolve().name, about)
     if json:
         print_json(about)
     else:
         print_fused(fusion, objects)
+        print_used("fused", {fusion.ids.get(owner): found for owner, found in (used or {}).items()})
     failures.exit()
 
 
@@ -88,11 +93,13 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
     return fusion.objects(whole=True)
 
 
-def fused_json(fusion: SceneFusion, source: Frames, objects: list[FusedObject]) -> dict[str, object]:
+def fused_json(
+    fusion: SceneFusion, source: Frames, objects: list[FusedObject], used: dict[int | None, list[Place]] | None
+) -> dict[str, object]:
     """Return a fused room for JSON: what `room_json` returns, and ids, images, poses, and objects that are gone."""
     from ..report.files import room_json
 
-    whole = room_json(fusion.scan, fusion.room)
+    whole = room_json(fusion.scan, fusion.room, used)
     for row, item in zip(whole["objects"], objects, strict=True):
         moved = None if item.moved is None else item.moved.round(4).tolist()
         row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
@@ -133,3 +140,15 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     show(f"seconds of the last image and the last update: {stages}")
     for one in fusion.gone:
         say(f"gone: object {one.id}, {', '.join(sorted(one.functions)) or 'of no function'}")
+
+
+def print_used(name: str, used: dict[int | None, list[Place]]):
+    """Print the places of each object, by its number, as lines."""
+    from .places import HEAD, place_columns
+
+    rows = [
+        ["" if owner is None else str(owner), *place_columns(place.as_json())]
+        for owner, found in used.items()
+        for place in found
+    ]
+    print_table(f"{name}: where it can be used", ["object", *HEAD], rows)

@@ -521,8 +521,17 @@ def test_an_update_that_sees_too_little_costs_no_later_image(folder):
 
 
 def test_the_table_says_which_threshold_a_score_exceeds(folder):
-    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--every", "0"])
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--every", "0", "--places"])
     assert "3 depth images: " in result.stdout and "1.00 (0.50)" in result.stdout
+    assert "fused: where it can be used" in result.stdout
+
+
+def test_fused_images_say_where_an_object_can_be_put(folder):
+    np.savetxt(folder / "mug.xyz", np.random.default_rng(0).uniform(-0.04, 0.04, (500, 3)))
+    options = ["--every", "0", "--put", str(folder / "mug.xyz"), "--json"]
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), *options])
+    (table,) = (item for item in json.loads(result.stdout)["objects"] if item["functions"]["table"]["member"])
+    assert len(table["places"][0]["poses"]) > 3
 
 
 def test_masked_depth_is_unseen(images):
