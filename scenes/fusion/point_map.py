@@ -84,7 +84,7 @@ class FusionSettings(CheckedSettings):
 
     voxel_size: float = amount(0.01, least=0.002, most=0.1)  # metres
     farthest: float = amount(5.0, least=1, finite=False)  # metres: larger depth is left out
-    # Pixels across which each depth image is smoothed within its noise; 1: no smoothing.
+    # Pixels across which each depth image is smoothed within its noise; below 3: no smoothing.
     smoothing: int = amount(9, least=1)
 
 
@@ -150,7 +150,7 @@ def smoothed_depth(depth: np.ndarray, size: int) -> np.ndarray:
     """
     import open3d as o3d
 
-    if size <= 1:
+    if size < 3:
         return depth
     seen = np.isfinite(depth)
     nearness = np.divide(1.0, depth, out=np.zeros(depth.shape, np.float32), where=seen, casting="unsafe")

@@ -42,6 +42,7 @@ one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")  # as in `re
 
 _ORTHONORMAL = 1e-3  # deviation of a pose's axes from unit vectors at right angles, at most
 _VOXELS = 1_000_000  # from the origin to a camera, at most: voxels farther than that have no number
+_NEAREST = 1e-3  # metres, the least depth that was measured: smaller numbers are not, such as 1e-38 of an empty buffer
 _KEPT = 1000  # newest images of which a view is kept: 150 MB for 640 x 480 pixels
 _GROWN = 1.25  # times the voxels at the last look at all of the map, above which all is looked at again,
 _PART = 0.5  # or of the voxels, around what has changed
@@ -277,7 +278,7 @@ def checked_depth(depth: ArrayLike, farthest: float, name: str) -> np.ndarray:
     """Return a depth image (H, W) float64, metres, NaN where nothing was measured within the farthest depth."""
     measured = require_depth(depth, name)
     depth = in_metres(measured, None, name)
-    depth = np.where((depth > 0) & (depth < farthest), depth, np.nan)
+    depth = np.where((depth >= _NEAREST) & (depth < farthest), depth, np.nan)
     if not np.isfinite(depth).any():
         unit = "metres" if measured.dtype.kind == "f" else "millimetres"
         raise InputError(f"{name}: expected surfaces within {farthest:g} m, found none; is it in {unit}?")

@@ -534,6 +534,20 @@ def test_fused_images_say_where_an_object_can_be_put(folder):
     assert len(table["places"][0]["poses"]) > 3
 
 
+@pytest.mark.filterwarnings("error")
+def test_numbers_that_are_no_depth_are_unseen(images):
+    (depth, pose), noise = images[0], images[0][0].copy()
+    depth = depth.copy()
+    noise[:5], depth[:5] = np.array([1e-45, 1e-38, 1e-30, 1e-6, 5e-4])[:, None], np.nan
+    known, same = (sf.SceneFusion(MODEL).add(each, CAMERA, pose).map.points for each in (depth, noise))
+    assert np.array_equal(known, same)
+
+
+@pytest.mark.parametrize("size", [1, 2])
+def test_images_need_no_smoothing(size, images):
+    assert smoothed_depth(images[0][0], size) is images[0][0]
+
+
 def test_masked_depth_is_unseen(images):
     depth, pose = images[0]
     masked = np.ma.masked_array(np.nan_to_num(depth, nan=0.5), np.isnan(depth))
