@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 CLOUD = "sensor_msgs/msg/PointCloud2"
 TRANSFORMS, FIXED_TRANSFORMS = "/tf", "/tf_static"
 SUFFIXES = (".bag", ".mcap", ".db3")
+NEAR_IN_TIME = 0.1  # seconds between a cloud and a transform; more is reported
 _SHOWN = 12  # topics in an error
 
 
@@ -59,6 +60,8 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
     level = frames.to_level(frame, stamp)
     if report is not None:
         placed = "its own frame, as no level frame is in /tf" if level is None else f"the level frame {level[0]}"
+        if level is not None and level[2] > NEAR_IN_TIME:
+            placed += f", by a transform {level[2]:.3g} s away; did the robot move meanwhile, or is it another clock?"
         report(f"{name}: {chosen} at {stamp:.3f} s, of the frame {frame or '(none)'}, in {placed}")
     points = points_of(message, name)
     if level is not None:

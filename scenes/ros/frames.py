@@ -50,18 +50,19 @@ class FrameTree:
         known = self.edges.get(child, ())
         return min(known, key=lambda edge: 0.0 if np.isinf(edge.stamp) else abs(edge.stamp - stamp), default=None)
 
-    def to_level(self, frame: str, stamp: float) -> tuple[str, np.ndarray] | None:
-        """Return the name of a level ancestor of a frame, and the transform (4, 4) to it; None if none is known.
+    def to_level(self, frame: str, stamp: float) -> tuple[str, np.ndarray, float] | None:
+        """Return a level ancestor's name, the transform (4, 4) to it, and how far that is in time, seconds; or None.
 
         Of transforms at several times the nearest is used, without interpolation.
         """
-        frame, T, placed = plain(frame), np.eye(4), {}
+        frame, T, apart, placed = plain(frame), np.eye(4), 0.0, {}
         for _ in range(_DEEPEST):
-            placed.setdefault(frame.rpartition("/")[2], (frame, T))
+            placed.setdefault(frame.rpartition("/")[2], (frame, T, apart))
             edge = self.edge_at(frame, stamp)
             if edge is None:
                 break
             frame, T = edge.parent, edge.T_parent_child @ T
+            apart = apart if np.isinf(edge.stamp) else max(apart, abs(edge.stamp - stamp))
         return next((placed[name] for name in LEVEL if name in placed), None)
 
 

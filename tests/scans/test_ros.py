@@ -158,6 +158,17 @@ def test_a_cloud_without_a_stamp_is_where_it_was_recorded(tmp_path, seen):
     assert np.allclose(load_bag(write_bag(tmp_path / "bare", "mcap", recorded)).points, wanted, atol=1e-4)
 
 
+@pytest.mark.parametrize("late", [0.05, 5.0])
+def test_a_transform_of_another_time_is_reported(tmp_path, seen, late):
+    recorded = [
+        ("/camera/points", CLOUD, BEGIN, lambda m: m.cloud(seen)),
+        ("/tf", TF, BEGIN, lambda m: m.transform("odom", CAMERA, T_level_camera(), BEGIN + late)),
+    ]
+    said = []
+    load_bag(write_bag(tmp_path / "late", "mcap", recorded), report=said.append)
+    assert ("odom, by a transform 5 s away" in said[0]) == (late == 5.0)
+
+
 def test_without_frames_a_cloud_stays_as_the_sensor_saw_it(tmp_path, seen):
     path = write_bag(tmp_path / "bare", "mcap", recorded_room(seen)[:1])
     scan = load_bag(path)
@@ -304,8 +315,8 @@ def test_frames_lead_to_the_first_level_one_at_the_time():
     tree.add(messages.transform("/base_link", CAMERA, T_level_camera()).transforms, static=True)
     for k in (0, 1):
         tree.add(messages.transform("odom", "base_link", shifted[k], BEGIN + k).transforms)
-    name, T = tree.to_level(CAMERA, BEGIN + 0.9)
-    assert name == "odom" and np.allclose(T, shifted[1] @ T_level_camera())
+    name, T, apart = tree.to_level(CAMERA, BEGIN + 0.9)
+    assert name == "odom" and np.allclose(T, shifted[1] @ T_level_camera()) and apart == pytest.approx(0.1)
     assert np.allclose(tree.to_level(CAMERA, BEGIN)[1], T_level_camera())
     assert tree.to_level("elsewhere", BEGIN) is None
     assert tree.to_level("robot1/base_link", BEGIN)[0] == "robot1/base_link"
