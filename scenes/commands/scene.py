@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +11,7 @@ import typer
 
 from spherefunc_bullet.commands.options import Json, Model, Units, require_beside
 from spherefunc_bullet.console import print_json, print_table, say, show
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
 
 from ..settings import POOL, RECOGNITION
@@ -169,11 +170,14 @@ def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
 
 
 def require_source(file: Path, units: str, images: dict[str, object]):
-    """Raise InputError for options that do not go with the file."""
+    """Raise InputError for a folder that is no bag, and for options that do not go with the file."""
     from ..ros.bag import is_bag
     from ..scans.depth_image import is_image_file, require_depth_image
 
     image, bag = is_image_file(file), is_bag(file)
+    if os.path.isdir(file) and not bag:
+        came = "got a folder without metadata.yaml; --frames reads depth images from one"
+        raise InputError(f"{one_line(file)}: expected a file, or a bag of ROS 2, {came}")
     require_depth_image(image, file.name, images)
     if units != "auto" and (image or bag):
         raise InputError(f"--units: expected with a point cloud or a mesh, got {file.name}")

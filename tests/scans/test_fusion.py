@@ -407,6 +407,11 @@ def test_what_cannot_be_fused_is_one_line(options, tmp_path, monkeypatch):
     assert isinstance(result.exception, InputError) and len(str(result.exception).splitlines()) == 1
 
 
+def test_a_folder_of_images_is_told_its_option(folder):
+    error = CliRunner().invoke(application(), ["scene", str(folder)]).exception
+    assert "got a folder without metadata.yaml; --frames reads depth images from one" in str(error)
+
+
 def test_depth_in_millimetres_is_refused_and_changes_nothing(images):
     (depth, pose), *_ = images
     fusion = sf.SceneFusion()
