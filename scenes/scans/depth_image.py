@@ -124,8 +124,10 @@ def load_depth_image(
             report(
                 f"{name}: no camera given, so a first-generation Kinect's is assumed, focal length {camera.fx:g} pixels"
             )
-    # Larger values mark pixels without a measurement, such as 65535.
-    points = np.where((depth > 0) & (depth < SCAN.largest), depth, np.nan)[..., None] * camera.rays()
+    seen = (depth > 0) & (depth < SCAN.largest)  # larger values mark pixels without a measurement, such as 65535
+    if not seen.any():
+        raise InputError(f"{name}: expected surfaces within {SCAN.largest:g} m, found none; is it in metres?")
+    points = np.where(seen, depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
 

@@ -155,6 +155,12 @@ def test_a_wrong_camera_is_refused(tmp_path, name, content, message):
         load_depth_image(tmp_path / "depth.npy", intrinsics=tmp_path / name)
 
 
+@pytest.mark.parametrize("depth", [np.full((48, 64), 1500.0), np.zeros((48, 64), np.uint16)])
+def test_depth_in_another_unit_or_none_is_told(depth):
+    with pytest.raises(InputError, match=r"depth: expected surfaces within 60 m, found none; is it in metres\?"):
+        load_depth_image(depth)
+
+
 def test_a_colour_image_is_no_depth_image(tmp_path):
     Image.fromarray(np.zeros((48, 64, 3), np.uint8)).save(tmp_path / "color.png")
     with pytest.raises(InputError, match="is it the colour image"):
