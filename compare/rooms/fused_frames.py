@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, show
@@ -43,14 +44,23 @@ FunctionCounts = defaultdict[tuple[int | str, str, str], MatchCounts]  # by imag
 class FusedRoom:
     """One room with its camera poses; what is counted adds up over rooms."""
 
-    def __init__(self, room: VirtualRoom, model: CloudClassifier, noise: float, seed: int):
+    def __init__(self, room: VirtualRoom, model: CloudClassifier, noise: float, pose_error: float, seed: int):
         number = int(room.name.rpartition("_")[2])
-        self.room, self.model, self.kinect = room, model, KINECT.noisy(noise)
+        self.room, self.model, self.kinect, self.pose_error = room, model, KINECT.noisy(noise), pose_error
         self.surfaces, self.rng = Surfaces(room.meshes()), np.random.default_rng([seed, number, 1])
         tried = viewpoints(room, self.surfaces, max(COUNTS) + SPARE, self.kinect, np.random.default_rng([seed, number]))
         poses = [pose for pose in tried if sees(self.surfaces, pose)][: max(COUNTS)]
         # In such an order that the first few are from all sides.
         self.poses = [pose for start in range(4) for pose in poses[start::4]]
+
+    def reported(self, pose: np.ndarray) -> np.ndarray:
+        """Return a pose (4, 4) as a robot would report it: off by the error in metres, and a degree for each 4 cm."""
+        if not self.pose_error:
+            return pose
+        error = np.eye(4)
+        error[:3, :3] = Rotation.from_rotvec(np.radians(25 * self.pose_error) * self.rng.normal(size=3)).as_matrix()
+        error[:3, 3] = self.pose_error * self.rng.normal(size=3)
+        return pose @ error
 
     def photographed(self, surfaces: Surfaces, pose: np.ndarray) -> DepthImage:
         """Return an image of surfaces from a pose."""
@@ -61,7 +71,7 @@ class FusedRoom:
         fusion, images, before = SceneFusion(self.model), [], {}
         for pose in self.poses:
             images.append(self.photographed(self.surfaces, pose))
-            fusion.add(images[-1].depth, KINECT.camera, pose)
+            fusion.add(images[-1].depth, KINECT.camera, self.reported(pose))
             if len(images) in COUNTS:
                 scan, objects = seen_in(self.room, images), fusion.objects()
                 labels, truth = scan.functions(), owners(self.surfaces, fusion.scan.points)
@@ -74,12 +84,13 @@ class FusedRoom:
                 ids["again"] += len(again)
                 ids["kept"] += sum(before[true] == now[true] for true in again)
                 before = now
+        self.agreement = fusion.map.agreement
 
     def count_removal(self, ids: Counter):
         """Take out an object that was found and carries nothing, and add what is said to be gone."""
         fusion = SceneFusion(self.model)
         for pose in self.poses[:REMOVED_AFTER]:
-            fusion.add(self.photographed(self.surfaces, pose).depth, KINECT.camera, pose)
+            fusion.add(self.photographed(self.surfaces, pose).depth, KINECT.camera, self.reported(pose))
         objects = fusion.objects()
         truth = owners(self.surfaces, fusion.scan.points)
         found = ids_of(truth, fusion.room, objects, range(len(self.room.objects)))
@@ -90,7 +101,7 @@ class FusedRoom:
         removed = free[int(self.rng.integers(len(free)))]
         rest = Surfaces((label, mesh) for label, mesh in self.room.meshes() if label != removed)
         for pose in self.poses[:REMOVED_AFTER]:
-            fusion.add(self.photographed(rest, pose).depth, KINECT.camera, pose)
+            fusion.add(self.photographed(rest, pose).depth, KINECT.camera, self.reported(pose))
         gone = {known.id for known in fusion.tracker.missing(list(fusion.views)[REMOVED_AFTER:])}
         ids["removed"] += 1
         ids["noticed"] += found.pop(removed) in gone
@@ -134,6 +145,7 @@ def report(functions: FunctionCounts, ids: Counter, names: tuple[str, ...], abou
         return
     cells = [[str(row["images"]), row["way"], *(f"{row[name] or 0:.2f}" for name in names)] for row in rows]
     print_table(f"{about['rooms']} rooms: F of functions, from depth images to labels", ["images", "", *names], cells)
+    show(f"agreement of the images of a room: {about['agreement']:.2f} in the median")
     show(f"{ids['kept']} of {ids['again']} objects that were found in two updates in a row kept their id")
     show(
         f"gone: {ids['noticed']} of {ids['removed']} that were taken out, {ids['lost']} of {ids['stayed']} that stayed"
@@ -144,19 +156,23 @@ def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder with manifest.csv, or a catalogue.")],
     rooms: Annotated[int, typer.Option(min=1, help="Number of rooms.")] = 8,
     noise: Annotated[float, typer.Option(help="Noise of the images, as a multiple of a Kinect's.")] = 1.0,
+    pose_error: Annotated[float, typer.Option(min=0, help="Deviation of the poses along each axis, metres.")] = 0.0,
     seed: options.Seed = 0,
     model: Annotated[Path | None, typer.Option(help="A model file; by default the one for scans that ships.")] = None,
     json: options.Json = False,
 ):
     """Measure objects of virtual rooms in maps of 1, 3, 6 and 12 depth images."""
     classifier = inference_model(model or shipped_model("fast", scans=True), None)
-    functions, ids, failures = defaultdict(MatchCounts), Counter(), Failures()
+    functions, ids, failures, agreements = defaultdict(MatchCounts), Counter(), Failures(), []
     furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
     for room in progress(furnished, rooms, "fusing rooms"):
-        fused = FusedRoom(room, classifier, noise, seed)
+        fused = FusedRoom(room, classifier, noise, pose_error, seed)
         fused.count(functions, ids)
         fused.count_removal(ids)
-    report(functions, ids, classifier.functions_, {"data": data, "rooms": rooms, "noise": noise, "seed": seed}, json)
+        agreements.append(fused.agreement)
+    about = {"data": data, "rooms": rooms, "noise": noise, "pose_error": pose_error, "seed": seed}
+    about["agreement"] = float(np.median(agreements))
+    report(functions, ids, classifier.functions_, about, json)
     failures.exit()
 
 

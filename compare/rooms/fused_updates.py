@@ -101,7 +101,7 @@ def main(
     seconds, failures = Seconds(), Failures()
     furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
     for room in progress(furnished, rooms, "going round"):
-        count_round(FusedRoom(room, classifier, 1.0, seed), room, functions, seconds)
+        count_round(FusedRoom(room, classifier, 1.0, 0.0, seed), room, functions, seconds)
     report(functions, seconds, classifier.functions_, {"data": data, "rooms": rooms, "seed": seed}, json)
     failures.exit()
 

@@ -103,10 +103,22 @@ class PointMap:
         self.free = np.zeros(0)  # and that look through it
         self.labels = np.zeros(0, np.int32)  # (N,) as the last update found them
         self.gone = np.zeros((0, 3))  # (K, 3) float64, metres: points, not of floor or walls, forgotten since then
+        self.agreements: list[float] = []  # of each image, see `agreement`
+
+    @property
+    def agreement(self) -> float:
+        """Of the voxels that an image could show, the share where it shows a surface; the median over all images.
+
+        The others it sees free. It is 1 for the first image, and NaN without any.
+        """
+        return float(np.median(self.agreements)) if self.agreements else np.nan
 
     def add(self, depth: np.ndarray, view: View):
         """Add a depth image (H, W) float, metres, NaN where nothing was measured."""
-        self.free += view.verdicts(self.points) == FREE
+        verdicts = view.verdicts(self.points)
+        free, shown = np.count_nonzero(verdicts == FREE), np.count_nonzero(verdicts == PRESENT)
+        agreement = shown / (shown + free) if shown + free else 1.0
+        self.free += verdicts == FREE
         self.keep(self.free <= self.present)
         camera = (depth[..., None] * view.intrinsics.rays())[np.isfinite(depth)]
         seen = np.vstack([self.points, camera @ view.T_world_camera[:3, :3].T + view.T_world_camera[:3, 3]])
@@ -122,6 +134,7 @@ class PointMap:
         points = np.column_stack(sums) / weights[:, None]
         # At once, so that the map stays usable after Ctrl-C.
         self.points, self.weights, self.present, self.free, self.labels = points, weights, present, free, labels
+        self.agreements.append(agreement)
 
     def forget(self, points: np.ndarray, views: Sequence[View]):
         """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""

@@ -167,7 +167,7 @@ def bounding_box(points: np.ndarray) -> Box:
 
     One of its sides runs along an edge of the convex hull, as that of least area always does.
     """
-    x, y, width, depth, angle = least_rectangle(hull_corners(points))
+    x, y, width, depth, angle = least_rectangle(hull_corners(points[:, :2]))
     bottom, top = points[:, 2].min(), points[:, 2].max()
     return Box(center=np.array([x, y, (bottom + top) / 2]), size=np.array([width, depth, top - bottom]), yaw=angle)
 

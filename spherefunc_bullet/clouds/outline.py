@@ -95,14 +95,12 @@ def outline_points(vertices: np.ndarray, faces: np.ndarray, pitch: float) -> np.
 
 
 def hull_corners(points: np.ndarray) -> np.ndarray:
-    """Return the corners (K, 2) of the convex hull of points, metres, counterclockwise; fewer than 3 for a line.
+    """Return the corners (K, 2) of the convex hull of points (N, 2), metres, counterclockwise; fewer than 3 for a line.
 
-    Of points (N, 2 or more) the first two coordinates count. The three corners of a triangle of less than `STRAIGHT`
-    count as collinear.
+    The three corners of a triangle of less than `STRAIGHT` count as collinear.
     """
     points, outer = np.ascontiguousarray(points), np.empty(len(points) + 2, np.int64)
-    count = find_outer(points, np.arange(len(points)), np.empty((DEPTH, 5), np.int64), outer)
-    outer = points[outer[:count], :2]
+    outer = points[outer[: find_outer(points, np.arange(len(points)), np.empty((DEPTH, 5), np.int64), outer)]]
     outer = outer[np.lexsort((outer[:, 1], outer[:, 0]))]
     outer = outer[np.append(True, (outer[1:] != outer[:-1]).any(axis=1))]
     return outer[chain(outer, np.arange(len(outer)), STRAIGHT)]
