@@ -55,8 +55,6 @@ TABLES = (
     table(RESULTS, "cubes-one-out", ONE_LEFT_OUT, CUBES),
     table(RESULTS, "cubes-sources", SOURCES, CUBES),
     table(RESULTS, "cubes-household", TRANSFER, measurements.CUBES_FROM_HOUSEHOLD),
-    table(RESULTS, "household-halves", HALVES, measurements.CUBES_ON_HOUSEHOLD),
-    table(RESULTS, "household-one-out", ONE_LEFT_OUT, measurements.CUBES_ON_HOUSEHOLD),
     *measurements.SHOWN,
 )
 

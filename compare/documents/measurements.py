@@ -44,7 +44,6 @@ FROM_HOUSEHOLD = of_both("household-to-models", f"household --test {MODELS}", *H
 FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, *COPIES)
 CUBES_ON_MODELS = labels("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
 CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
-CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
 PAPER = "--method paper --train-sizes 20,45,85"
 PAPER_ON_HOUSEHOLD = labels("household-paper", f"household {PAPER},half --leave-one-out --confusion", *HOUSEHOLD)
 PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one-out --groups --confusion")
