@@ -53,8 +53,6 @@ TABLES = (
     table(RESULTS, "cubes-and-paper", evaluations.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
     table(RESULTS, "cubes-halves", HALVES, CUBES),
     table(RESULTS, "cubes-one-out", ONE_LEFT_OUT, CUBES),
-    table(RESULTS, "cubes-sources", SOURCES, CUBES),
-    table(RESULTS, "cubes-household", TRANSFER, measurements.CUBES_FROM_HOUSEHOLD),
     *measurements.SHOWN,
 )
 
