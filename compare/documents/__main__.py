@@ -29,7 +29,6 @@ OVERVIEW = tuple(learnt[backend] for backend in measurements.BACKENDS for learnt
 HALVES, ONE_LEFT_OUT, SOURCES = (
     evaluations.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
 )
-TRANSFER = evaluations.by_feature("test", title="learnt on `household`, tested on the real models")
 
 
 def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> DocumentTable:
@@ -48,7 +47,6 @@ TABLES = (
     table(RESULTS, "few-examples", evaluations.by_size, *BOTH, CUBES),
     table(RESULTS, "default-halves", HALVES, ON_MODELS),
     table(RESULTS, "default-sources", SOURCES, ON_MODELS),
-    table(RESULTS, "default-household", TRANSFER, measurements.FROM_HOUSEHOLD["fast"]),
     table(RESULTS, "default-six", evaluations.six_catalogues, *measurements.FROM_SIX.values()),
     table(RESULTS, "cubes-and-paper", evaluations.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
     table(RESULTS, "cubes-halves", HALVES, CUBES),
