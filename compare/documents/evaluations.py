@@ -27,12 +27,12 @@ def functions_of(result: Mapping[str, Any], feature: str) -> Mapping[str, Any]:
     return result["functions"] if feature == SPHERES else result["baselines"][feature]
 
 
-def by_feature(protocol: str, title: str = "") -> Callable[[Evaluated], list[str]]:
+def by_feature(protocol: str) -> Callable[[Evaluated], list[str]]:
     """Return a function that makes a table of all features, with fair F-measures in brackets."""
 
     def lines(evaluated: Evaluated) -> list[str]:
         result = result_of(evaluated, protocol)
-        head = [f"{title or protocol.replace('_', ' ')}, {result['train_size']:,} training objects", *FUNCTIONS]
+        head = [f"{protocol.replace('_', ' ')}, {result['train_size']:,} training objects", *FUNCTIONS]
         return table(head, [feature_row(result, feature) for feature in (SPHERES, *result["baselines"])])
 
     return lines
