@@ -86,15 +86,27 @@ def rooms(name: str, options: str) -> Measurement:
     return measured(name, command, *IN_ROOMS, files=(FOR_SCANS,), **PRINTED)
 
 
-def fused(name: str, program: str, data: str, seed: int, **how: Any) -> Measurement:
+def fused(name: str, program: str, data: str, seed: int, options: str = "", **how: Any) -> Measurement:
     """Return the measurement of depth images fused in virtual rooms by one of the programs of ``compare/rooms``."""
-    command = f"python -m spherefunc_bullet.compare.rooms.{program} {data} --seed {seed}"
+    command = f"python -m spherefunc_bullet.compare.rooms.{program} {data} --seed {seed}{options}"
     return measured(name, command, *IN_ROOMS, "scenes/fusion/*.py", files=(FOR_SCANS,), **how)
 
 
 FRAMES = (
     fused("fused-models", "fused_frames", MODELS, 31, **PRINTED),
     fused("fused-household", "fused_frames", "household", 32, **PRINTED),
+)
+POSES = tuple(
+    fused(
+        f"poses-{name}-{10 * centimetres:.0f}mm",
+        "fused_frames",
+        data,
+        seed,
+        f" --pose-error {centimetres / 100}",
+        **PRINTED,
+    )
+    for name, data, seed in (("models", MODELS, 31), ("household", "household", 32))
+    for centimetres in (1, 2)
 )
 UPDATES = (
     fused("updates-models", "fused_updates", MODELS, 51, **TIMED),
@@ -123,6 +135,7 @@ SHOWN = (
     shown("rooms-views", ROOMS, rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")),
     shown("rooms-noise", ROOMS, rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")),
     shown("fused-frames", "docs/scenes.md", *FRAMES),
+    shown("fused-poses", "docs/scenes.md", *POSES),
     shown("fused-updates", "docs/scenes.md", *UPDATES),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),

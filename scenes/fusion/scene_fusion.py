@@ -31,6 +31,7 @@ from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, find_shell
 from ..settings import SCAN
+from .alignment import aligned
 from .changes import Region, changed_region, renewed
 from .point_map import FusionSettings, PointMap, View, smoothed_depth, view_of
 from .tracking import KnownObject, Tracker, motion
@@ -132,18 +133,16 @@ class SceneFusion:
         camera = checked_camera(intrinsics, depth, name)
         depth = smoothed_depth(depth, self.fusion.smoothing)
         watch.lap("smoothing")
-        T = (
-            self.tracked(depth, camera, name)
-            if pose is None
-            else checked_pose(pose, _VOXELS * self.fusion.voxel_size, name)
-        )
+        reach = _VOXELS * self.fusion.voxel_size
+        T = self.tracked(depth, camera, name) if pose is None else checked_pose(pose, reach, name)
         self.require_near(T, name)
         watch.lap("odometry")
-        view = view_of(depth, camera, T)
+        view = aligned(view_of(depth, camera, T), depth, self.map.points, self.fusion.pose_error)
+        watch.lap("alignment")
         self.map.add(depth, view)
         self.views.append(view)
         self.count += 1
-        self._last = depth, T
+        self._last = depth, view.T_world_camera
         watch.lap("fusing")
         self.stages = watch.seconds
         return self
