@@ -24,7 +24,6 @@ _SURFACE = 0.01  # metres, deviation of a piece of the map
 _TUKEY = (0.10, 0.6, 0.03)  # metres of distance that counts at first, its factor after each round, and in the end
 _ROUNDS = 10
 _STILL = 1e-4  # metres and radians, the step after which no more are made
-_FARTHEST = 5.0  # errors of the pose by which it is moved at most; otherwise it stays as it was given
 
 
 def aligned(view: View, depth: np.ndarray, points: np.ndarray, error: float) -> View:
@@ -80,4 +79,4 @@ def aligned_pose(T_given: np.ndarray, points: np.ndarray, pieces: Patches, error
         T[:3, 3] += step[3:]
         if np.abs(step).max() < _STILL:
             break
-    return T if np.linalg.norm(moved[3:]) <= _FARTHEST * error else T_given
+    return T
