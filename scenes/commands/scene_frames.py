@@ -12,7 +12,6 @@ from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.files import prepare_folder, require_place
 
 EVERY = 10  # images between two updates of the objects
-AGREED = 0.95  # agreement of the images below which a message says so; see docs/scenes.md for what it means
 
 if TYPE_CHECKING:
     from spherefunc_bullet.places.place import Place
@@ -49,9 +48,6 @@ def scene_of_frames(
     failures = Failures()
     objects = fuse(fusion, source, every, failures)
     remarks(fusion.scan, fusion.room)
-    if fusion.map.agreement < AGREED:
-        came = f"images show a surface in only {fusion.map.agreement:.0%} of the voxels of the map that they could show"
-        say(f"{came}; are poses, camera and depth scale right? Small objects are lost first")
     used = use(fusion.scan, fusion.room)
     about = fused_json(fusion, source, objects, used) | {"file": str(folder)}
     if out is not None:

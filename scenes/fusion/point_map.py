@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,11 +14,13 @@ from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics
 from ..segmentation.segmentation import LEFT_OVER
 
+logger = logging.getLogger("spherefunc")
 POOL = 4  # pixels along the side of a window; narrower gaps are no evidence
 LEAST_FILLED = 0.5  # of a window's pixels that have a depth
 MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
 MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
 UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
+AGREED, FEW = 0.95, 3  # agreement below which a message says so, and from how many images on
 NEW = -4  # label of a voxel that no update has looked at; see `segmentation` for the others
 
 
@@ -107,6 +110,7 @@ class PointMap:
         self.labels = np.zeros(0, np.int32)  # (N,) as the last update found them
         self.gone = np.zeros((0, 3))  # (K, 3) float64, metres: points, not of floor or walls, forgotten since then
         self.agreements: list[float] = []  # of each image, see `agreement`
+        self.disagrees = False  # whether a message has said so
 
     @property
     def agreement(self) -> float:
@@ -138,6 +142,10 @@ class PointMap:
         # At once, so that the map stays usable after Ctrl-C.
         self.points, self.weights, self.present, self.free, self.labels = points, weights, present, free, labels
         self.agreements.append(agreement)
+        if not self.disagrees and len(self.agreements) >= FEW and self.agreement < AGREED:
+            self.disagrees = True
+            came = f"only {self.agreement:.0%} of the map that they could show, in the median"
+            logger.warning("depth images show %s; are poses, camera and depth scale right? Cups are lost first", came)
 
     def forget(self, points: np.ndarray, views: Sequence[View]):
         """Forget the map around the points (N, 3) of an object that is gone, except what views still show there."""

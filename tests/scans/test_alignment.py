@@ -18,6 +18,8 @@ EYES = ([1.5, -1.5, 1.4], [0.8, -1.9, 1.6], [1.9, -0.8, 1.5])
 OFF = np.eye(4)
 OFF[:3, :3] = Rotation.from_rotvec(np.radians([0.6, -0.5, 0.4])).as_matrix()
 OFF[:3, 3] = [0.025, -0.02, 0.015]
+BODY = np.eye(4)
+BODY[:3, :3] = Rotation.from_euler("xz", [90, 90], degrees=True).as_matrix()  # x ahead and z up in place of z and -y
 
 
 def images_of(*solids, eyes=EYES) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -66,6 +68,14 @@ def test_a_view_of_a_single_wall_does_not_slide_along_it():
     fusion = fused(images, sf.FusionSettings(), off=along)
     moved = fusion.views[1].T_world_camera[:3, 3] - (images[1][1] @ along)[:3, 3]
     assert abs(moved[1]) < 0.002
+
+
+@pytest.mark.parametrize("wrong", [np.linalg.inv, lambda T: T @ BODY])
+def test_images_that_disagree_are_said_once(wrong, caplog):
+    fusion = sf.SceneFusion()
+    for depth, pose in images_of(*CORNER, CRATE, eyes=(*EYES, *EYES[:2])):
+        fusion.add(depth, KINECT.camera, wrong(pose) if fusion.count else pose)
+    assert [record.message[:18] for record in caplog.records] == ["depth images show "]
 
 
 def test_a_pose_that_is_said_to_be_exact_is_moved_less():
