@@ -106,7 +106,7 @@ def fused_json(
     return whole | {
         "frames": {"fused": fusion.count, "left_out": len(source.frames) - fusion.count},
         "poses": "given" if source.posed else "odometry",
-        "agreement": round(fusion.map.agreement, 4),
+        "agreement": None if fusion.map.agreement is None else round(fusion.map.agreement, 4),
         "gone": [
             {"id": one.id, "functions": sorted(one.functions), "center": one.center.round(4).tolist(), "seen": one.seen}
             for one in fusion.gone

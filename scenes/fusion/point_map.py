@@ -20,7 +20,8 @@ LEAST_FILLED = 0.5  # of a window's pixels that have a depth
 MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
 MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
 UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
-AGREED, FEW = 0.95, 3  # agreement below which a message says so, and from how many images on
+AGREED, FEW = 0.95, 3  # agreement below which a message says so, and from how many images on that
+OVERLAP = 1000  # or more voxels of the map could show
 NEW = -4  # label of a voxel that no update has looked at; see `segmentation` for the others
 
 
@@ -109,22 +110,21 @@ class PointMap:
         self.free = np.zeros(0)  # and that look through it
         self.labels = np.zeros(0, np.int32)  # (N,) as the last update found them
         self.gone = np.zeros((0, 3))  # (K, 3) float64, metres: points, not of floor or walls, forgotten since then
-        self.agreements: list[float] = []  # of each image, see `agreement`
+        self.agreements: list[float] = []  # of the images, see `agreement`
         self.disagrees = False  # whether a message has said so
 
     @property
-    def agreement(self) -> float:
-        """Of the voxels that an image could show, the share where it shows a surface; the median over all images.
+    def agreement(self) -> float | None:
+        """Of the voxels that an image could show, the share where it shows a surface, and does not see free.
 
-        The others it sees free. It is 1 for the first image, and NaN without any.
+        The median over all images that show enough of the map of those before; None if none does.
         """
-        return float(np.median(self.agreements)) if self.agreements else np.nan
+        return float(np.median(self.agreements)) if self.agreements else None
 
     def add(self, depth: np.ndarray, view: View):
         """Add a depth image (H, W) float, metres, NaN where nothing was measured."""
         verdicts = view.verdicts(self.points)
-        free, shown = np.count_nonzero(verdicts == FREE), np.count_nonzero(verdicts == PRESENT)
-        agreement = shown / (shown + free) if shown + free else 1.0
+        shared, shown = np.count_nonzero(verdicts >= PRESENT), np.count_nonzero(verdicts == PRESENT)
         self.free += verdicts == FREE
         self.keep(self.free <= self.present)
         camera = (depth[..., None] * view.intrinsics.rays())[np.isfinite(depth)]
@@ -141,7 +141,8 @@ class PointMap:
         points = np.column_stack(sums) / weights[:, None]
         # At once, so that the map stays usable after Ctrl-C.
         self.points, self.weights, self.present, self.free, self.labels = points, weights, present, free, labels
-        self.agreements.append(agreement)
+        if shared >= OVERLAP:
+            self.agreements.append(shown / shared)
         if not self.disagrees and len(self.agreements) >= FEW and self.agreement < AGREED:
             self.disagrees = True
             came = f"only {self.agreement:.0%} of the map that they could show, in the median"
