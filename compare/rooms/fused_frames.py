@@ -23,6 +23,7 @@ from spherefunc_bullet.console import Failures, print_json, print_table, progres
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+from spherefunc_bullet.scenes.fusion.alignment import TURN
 from spherefunc_bullet.scenes.fusion.point_map import FusionSettings
 from spherefunc_bullet.scenes.fusion.scene_fusion import FusedObject, SceneFusion
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
@@ -61,7 +62,7 @@ class FusedRoom:
         if not self.pose_error:
             return pose
         error = np.eye(4)
-        error[:3, :3] = Rotation.from_rotvec(np.radians(25 * self.pose_error) * self.rng.normal(size=3)).as_matrix()
+        error[:3, :3] = Rotation.from_rotvec(np.radians(TURN * self.pose_error) * self.rng.normal(size=3)).as_matrix()
         error[:3, 3] = self.pose_error * self.rng.normal(size=3)
         return pose @ error
 

@@ -61,7 +61,7 @@ def aligned_pose(T_given: np.ndarray, points: np.ndarray, pieces: Patches, error
     tree, T, moved = cKDTree(pieces.centers), T_given.copy(), np.zeros(6)  # a turn, radians, and a shift, metres
     prior = np.diag([np.radians(TURN * error) ** -2] * 3 + [error**-2] * 3)
     deviations = np.hypot(_SURFACE, 3 * NEARNESS_NOISE * points[:, 2] ** 2)
-    for turn in range(_ROUNDS):
+    for done in range(_ROUNDS):
         placed = points @ T[:3, :3].T + T[:3, 3]
         distances, nearest = tree.query(placed, distance_upper_bound=_REACH)
         near = np.flatnonzero(np.isfinite(distances))
@@ -69,7 +69,7 @@ def aligned_pose(T_given: np.ndarray, points: np.ndarray, pieces: Patches, error
             return T_given
         normals = pieces.normals[nearest[near]]
         off = ((placed[near] - pieces.centers[nearest[near]]) * normals).sum(axis=1)
-        weights = np.maximum(1 - np.square(off / max(_TUKEY[0] * _TUKEY[1] ** turn, _TUKEY[2])), 0) ** 2
+        weights = np.maximum(1 - np.square(off / max(_TUKEY[0] * _TUKEY[1] ** done, _TUKEY[2])), 0) ** 2
         weights *= min(1.0, _INDEPENDENT / max(np.count_nonzero(weights), 1)) / deviations[near] ** 2
         jacobian = np.hstack([np.cross(placed[near] - T[:3, 3], normals), normals])
         weighted = (jacobian * weights[:, None]).T

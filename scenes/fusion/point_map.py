@@ -90,9 +90,8 @@ class FusionSettings(CheckedSettings):
     farthest: float = amount(5.0, least=1, finite=False)  # metres: larger depth is left out
     # Pixels across which each depth image is smoothed within its noise; below 3: no smoothing.
     smoothing: int = amount(9, least=1)
-    pose_error: float = amount(
-        0.02, least=0, most=0.2
-    )  # metres, deviation of poses along each axis; 0: they stay as given
+    # Deviation of poses along each axis, metres; 0: they stay as given.
+    pose_error: float = amount(0.02, least=0, most=0.2)
 
 
 class PointMap:

@@ -167,7 +167,7 @@ def found_object(item: SceneObject, room: Room, scan: Scan, find: Callable[[], S
         scores={name: membership.score for name, membership in item.functions.items()},
         box=room.box_in_scan(item.box),
         corners=room.levelling.to_scan(item.box.corners),
-        points=scan.points[room.members[item.id]],
+        points=scan.points[room.point_indices[item.id]],
         unsure=bool(doubts),
         reasons=(*room.reasons(item), *doubts),
         find=find,

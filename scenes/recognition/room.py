@@ -216,7 +216,7 @@ class Room:
     unsure_ranges: Mapping[str, ScoreRange] = field(default_factory=dict)  # of the scores of each function
 
     @cached_property
-    def members(self) -> list[np.ndarray]:
+    def point_indices(self) -> list[np.ndarray]:
         """The indices of each object's points, ascending, (K,) int64 each."""
         return members_of(self.labels, len(self.objects))
 
