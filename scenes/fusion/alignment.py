@@ -10,18 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..scans.cells import cells
 from ..scans.gravity import Patches, patches_of_size
 from ..scans.spread import cell_moments
 from .point_map import NEARNESS_NOISE, View
 
 TURN = 25.0  # degrees that a pose may be off for each metre of its error: 0.5 for 2 cm
-_SIDE = 0.10  # metres, of the flat pieces,
-_REACH = 0.15  # and from a point to the middle of one
-_MAP_POINTS, _IMAGE_POINTS = 300_000, 5_000  # at most, evenly chosen
-_LEAST = 200  # points near pieces of the map, below which the given pose stays
-_INDEPENDENT = 300  # points whose errors count as independent: noise, calibration and matches are alike for many
-_SURFACE = 0.01  # metres, deviation of a piece of the map
-_TUKEY = (0.10, 0.6, 0.03)  # metres of distance that counts at first, its factor after each round, and in the end
+_SIDE = 0.15  # metres, of the flat pieces
+_CUBE = 0.05  # metres: points of the image within a cube count as one, or else what is near would decide alone
+_DEVIATION = 0.05  # metres, of a cube's distance from its piece: much, since errors of neighbours are alike
+_REACH, _TUKEY = 7, 3.5  # times the error of the pose: distance of a piece's middle, and that counts at first,
+_TIGHTER, _TIGHTEST = 0.6, 0.03  # the latter's factor after each round, and metres in the end
 _ROUNDS = 10
 _STILL = 1e-4  # metres and radians, the step after which no more are made
 
@@ -35,19 +34,16 @@ def aligned(view: View, depth: np.ndarray, points: np.ndarray, error: float) -> 
         Of the image, in its given pose.
     depth : (H, W) float, metres, NaN where nothing was measured
     points : (N, 3) float64, metres
-        Of the map, in the world's frame, in the order of their cells.
+        Of the map, in the world's frame.
     error : float
         Deviation of given poses along each axis, metres; without one, or without a map, poses stay.
     """
-    some = points[:: len(points) // _MAP_POINTS + 1]
-    in_view = some[view.pixels(some)[0] >= 0]
-    if not error or len(in_view) < _LEAST:
+    in_view = points[view.pixels(points)[0] >= 0]
+    pieces = patches_of_size(cell_moments(in_view, _SIDE), _SIDE)
+    if not error or not len(pieces):
         return view
     seen = np.isfinite(depth)
-    rays = view.intrinsics.rays()[seen]
-    step = len(rays) // _IMAGE_POINTS + 1
-    pieces = patches_of_size(cell_moments(in_view, _SIDE), _SIDE)
-    camera = rays[::step] * depth[seen][::step, None]
+    camera = cells(view.intrinsics.rays()[seen] * depth[seen][:, None], _CUBE).means
     return replace(view, T_world_camera=aligned_pose(view.T_world_camera, camera, pieces, error))
 
 
@@ -56,21 +52,17 @@ def aligned_pose(T_given: np.ndarray, points: np.ndarray, pieces: Patches, error
     from scipy.spatial import cKDTree
     from scipy.spatial.transform import Rotation
 
-    if not len(pieces):
-        return T_given
     tree, T, moved = cKDTree(pieces.centers), T_given.copy(), np.zeros(6)  # a turn, radians, and a shift, metres
     prior = np.diag([np.radians(TURN * error) ** -2] * 3 + [error**-2] * 3)
-    deviations = np.hypot(_SURFACE, 3 * NEARNESS_NOISE * points[:, 2] ** 2)
+    deviations = np.hypot(_DEVIATION, 3 * NEARNESS_NOISE * points[:, 2] ** 2)
     for done in range(_ROUNDS):
         placed = points @ T[:3, :3].T + T[:3, 3]
-        distances, nearest = tree.query(placed, distance_upper_bound=_REACH)
+        distances, nearest = tree.query(placed, distance_upper_bound=_REACH * error)
         near = np.flatnonzero(np.isfinite(distances))
-        if len(near) < _LEAST:
-            return T_given
         normals = pieces.normals[nearest[near]]
         off = ((placed[near] - pieces.centers[nearest[near]]) * normals).sum(axis=1)
-        weights = np.maximum(1 - np.square(off / max(_TUKEY[0] * _TUKEY[1] ** done, _TUKEY[2])), 0) ** 2
-        weights *= min(1.0, _INDEPENDENT / max(np.count_nonzero(weights), 1)) / deviations[near] ** 2
+        limit = max(_TUKEY * error * _TIGHTER**done, _TIGHTEST)
+        weights = np.maximum(1 - np.square(off / limit), 0) ** 2 / deviations[near] ** 2
         jacobian = np.hstack([np.cross(placed[near] - T[:3, 3], normals), normals])
         weighted = (jacobian * weights[:, None]).T
         step = -np.linalg.solve(weighted @ jacobian + prior, weighted @ off + prior @ moved)
