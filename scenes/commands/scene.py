@@ -58,6 +58,9 @@ def scene(
     poses: Annotated[
         Path | None, typer.Option(help="The cameras' poses: TUM's lines, or a Redwood .log. Default: odometry.")
     ] = None,
+    pose_error: Annotated[
+        str | None, typer.Option(help="Deviation of the poses along each axis, or none. Default: 2cm.")
+    ] = None,
     every: Annotated[
         int | None, typer.Option(min=0, help="Recognise after every n images; 0: only at the end.")
     ] = None,
@@ -85,6 +88,7 @@ def scene(
     from spherefunc_bullet.places.finding import cloud_and_frame
 
     from ..fusion.frames import open_frames
+    from ..fusion.point_map import FusionSettings
     from ..fusion.scene_fusion import SceneFusion
     from ..recognition.completion import steps_of
     from ..recognition.examples import recognise_as_paper
@@ -103,10 +107,14 @@ def scene(
         min_cluster_size=min_cluster_size,
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
+    fused = FusionSettings()
+    if pose_error is not None:
+        fused = FusionSettings(pose_error=0.0 if pose_error == "none" else parse_length(pose_error))
     steps = steps_of(complete)
     alone = {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
     alone["--units"] = None if units == "auto" else units
-    require_beside("--frames", frames is not None, alone, {"--poses": poses, "--every": every})
+    beside = {"--poses": poses, "--pose-error": pose_error, "--every": every}
+    require_beside("--frames", frames is not None, alone, beside)
     if (place := frames or file) is None:
         raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     stem = place.stem if frames is None else place.resolve().name
@@ -118,7 +126,7 @@ def scene(
     use = partial(places_in, put=to_put) if places or put is not None else lambda scan, room: None
     if frames is not None:
         source = open_frames(frames, poses=poses, intrinsics=intrinsics, depth_scale=depth_scale, report=say)
-        fusion = SceneFusion(classifier, settings=settings, up=up, completion=steps, proposals=kinds)
+        fusion = SceneFusion(classifier, fusion=fused, settings=settings, up=up, completion=steps, proposals=kinds)
         warm_up_recognition(classifier)
         rate = EVERY if every is None else every
         return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks, use=use)

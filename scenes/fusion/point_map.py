@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.errors import CheckedSettings, amount
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount
 
 from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics
@@ -20,7 +20,8 @@ LEAST_FILLED = 0.5  # of a window's pixels that have a depth
 MARGIN = 0.03  # metres of depth within which a point is on the measured surface,
 MARGIN_GROWTH = 0.006  # more with the square of the depth: three deviations of a Kinect (Nguyen et al. 2012)
 UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
-AGREED, FEW = 0.95, 3  # agreement below which a message says so, and from how many images on that
+AGREED, USABLE = 0.95, 0.5  # agreement below which a message says so, and below which no object is looked for,
+FEW = 3  # from how many images on that
 OVERLAP = 1000  # or more voxels of the map could show
 NEW = -4  # label of a voxel that no update has looked at; see `segmentation` for the others
 
@@ -119,6 +120,12 @@ class PointMap:
         The median over all images that show enough of the map of those before; None if none does.
         """
         return float(np.median(self.agreements)) if self.agreements else None
+
+    def require_agreement(self):
+        """Raise InputError if most images show another room than the map: thousands of pieces would be looked at."""
+        if len(self.agreements) >= FEW and self.agreement < USABLE:
+            came = f"got {self.agreement:.0%}; are poses, camera and depth scale right?"
+            raise InputError(f"fusion: expected depth images that show at least {USABLE:.0%} of the map, {came}")
 
     def add(self, depth: np.ndarray, view: View):
         """Add a depth image (H, W) float, metres, NaN where nothing was measured."""

@@ -176,10 +176,11 @@ class SceneFusion:
         Raises
         ------
         InputError
-            If the images show too few points, or no surfaces.
+            If the images show too few points, no surfaces, or little of each other's.
         """
         if not self.views:
             raise InputError("fusion: expected a depth image first, got none; call add")
+        self.map.require_agreement()
         watch = Stopwatch()
         new = list(self.views)[max(len(self.views) + self.updated - self.count, 0) :]
         for gone in self.tracker.missing(new):

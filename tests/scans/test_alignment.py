@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Mesh
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box, shift
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect, Surfaces, look_at, photograph
 
@@ -76,6 +77,8 @@ def test_images_that_disagree_are_said_once(wrong, caplog):
     for depth, pose in images_of(*CORNER, CRATE, eyes=(*EYES, *EYES[:2])):
         fusion.add(depth, KINECT.camera, wrong(pose) if fusion.count else pose)
     assert [record.message[:18] for record in caplog.records] == ["depth images show "]
+    with pytest.raises(InputError, match="expected depth images that show at least 50% of the map, got"):
+        fusion.objects()  # which would look at thousands of pieces
 
 
 def test_a_pose_that_is_said_to_be_exact_is_moved_less():

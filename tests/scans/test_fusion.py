@@ -559,3 +559,15 @@ def test_masked_depth_is_unseen(images):
     plain, other = sf.SceneFusion().add(depth, CAMERA, pose), sf.SceneFusion().add(masked, CAMERA, pose)
     known, same = (np.unique(fusion.map.points, axis=0) for fusion in (plain, other))
     assert np.array_equal(known, same)
+
+
+@pytest.mark.slow
+def test_the_command_aligns_poses_unless_they_are_exact(folder):
+    off = np.eye(4)
+    off[:3, 3] = [0.06, -0.06, 0.06]
+    np.savetxt(path := folder / "frame-000001.pose.txt", np.loadtxt(path) @ off)
+    command = ["scene", "--frames", str(folder), "--json", "--pose-error"]
+    exact, aligned = (
+        json.loads(CliRunner().invoke(application(), [*command, error]).stdout) for error in ("none", "6cm")
+    )
+    assert exact["agreement"] < aligned["agreement"]
