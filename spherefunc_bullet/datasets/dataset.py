@@ -140,13 +140,15 @@ def csv_table(path: Path, *columns: str) -> csv.DictReader[str]:
     Raises
     ------
     InputError
-        If it cannot be read, or lacks a column.
+        If it cannot be read, lacks a column, or has a quote that is not closed, which would take in all lines below.
     """
-    with explaining(f"{path}: expected a CSV file in UTF-8", OSError, UnicodeDecodeError, why="; "):
-        text = path.read_text(encoding="utf-8-sig")
-    rows = csv.DictReader(text.splitlines())
+    expected = f"{path}: expected a CSV file in UTF-8 with every quote closed"
+    with explaining(expected, OSError, UnicodeDecodeError, csv.Error, why="; "):
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        list(csv.reader(lines, strict=True))
+    rows = csv.DictReader(lines)
     rows.fieldnames = got = [name.strip() for name in rows.fieldnames or ["no columns"]]
-    if not set(columns) <= set(got):
+    if any(got.count(name) != 1 for name in columns):
         expected = " and ".join(filter(None, [", ".join(columns[:-1]), columns[-1]]))
         raise InputError(f"{path}: expected the columns {expected}, separated by commas, got {', '.join(got)}")
     return rows
@@ -157,6 +159,8 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
     where = f"{manifest}, line {line}"
     if not file or not label:
         raise InputError(f"{where}: expected a file and a label, got {file!r} and {label!r}")
+    if any(more := row.get(None, [])):
+        raise InputError(f"{where}: expected a value for each column, got {more[0]!r} too; separate functions by ;")
     path = manifest.parent / file
     if not lies_below(manifest.parent, path):
         raise InputError(f"{where}: expected a file below the manifest's folder, got {file}")

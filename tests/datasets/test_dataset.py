@@ -57,6 +57,7 @@ def test_labels():
 
 
 def test_other_columns_in_another_order_are_fine(write):
+    assert len(open_dataset(write("file,label\na.ply,cup,,\n"))) == 1  # as spreadsheets write it
     dataset = open_dataset(write('notes,label,weight,file\n"new, blue",cup,3,a.ply\n'))
     assert dataset.objects[0].path.name == "a.ply" and dataset.objects[0].functions == {"cup"}
 
@@ -87,6 +88,10 @@ def test_manifest_by_its_own_path(write):
         ("file,label\na.ply\n", "line 2: expected a file and a label"),
         ("file,label\na.ply,cup\n,cup\n", "line 3: expected a file and a label"),
         ("file,label\na.ply, \n", "line 2: expected a file and a label"),
+        ("file,label\na.ply,cup,table\n", "line 2: expected a value for each column, got 'table' too"),
+        ("file,label,label\na.ply,cup,table\n", "columns file and label, separated by commas, got file, label, label"),
+        ('file,label,notes\na.ply,cup,"old\nb.ply,none,\n', "every quote closed; unexpected end of data"),
+        ('file,label,notes\na.ply,cup,"old\n' + "b.ply,none,\n" * 20_000, "every quote closed; field larger"),
     ],
 )
 def test_manifest_that_is_not_usable_is_refused(write, text, match):
