@@ -57,9 +57,16 @@ class Answer:
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
     seconds: float = field(default=0.0, compare=False)
-    cloud: Cloud | None = field(default=None, repr=False, compare=False)  # of the object, metres, z up
     source: tuple[Anything, str, str] | None = field(default=None, repr=False, compare=False)  # with units and up
     decision: Decision | None = field(default=None, repr=False, compare=False)  # with the drops it is based on
+
+    @cached_property
+    def cloud(self) -> Cloud | None:
+        """The object, metres, z up; made again when first read, since answers for a library would fill the memory."""
+        if self.source is None:
+            return None
+        anything, units, up = self.source
+        return as_cloud(anything, units=units, up=up, name=self.name, report=lambda line: None)
 
     @cached_property
     def places(self) -> list[Place]:
@@ -189,11 +196,11 @@ def classify(
     named = isinstance(anything, Mapping)
     items = list(anything.values() if named else anything) if several else [anything]
     names = [f"object {number}" if several else None for number in range(len(items))]
-    clouds = [as_cloud(item, units=units, up=up, name=name) for item, name in zip(items, names, strict=True)]
     answers = []
-    for cloud, item in zip(clouds, items, strict=True):
+    for item, name in zip(items, names, strict=True):
+        cloud = as_cloud(item, units=units, up=up, name=name)
         started = time.perf_counter()
-        answer = answer_of(cloud, classify_by_all(partial(target_of, cloud, cache), models), explain)
+        answer = answer_of(cloud.name, classify_by_all(partial(target_of, cloud, cache), models), explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
     if named:
         return dict(zip(anything, answers, strict=True))
@@ -205,16 +212,15 @@ def target_of(cloud: Cloud, cache: bool, model: FunctionModel) -> CloudObject:
     return CloudObject(raw_cloud=cloud, drop_config=model.drop_config(), cache=cache)
 
 
-def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
-    """Return the answer that reports a decision about a cloud."""
+def answer_of(name: str, decision: Decision, explain: bool = True) -> Answer:
+    """Return the answer that reports a decision about an object."""
     doubts = decision.doubts()
     return Answer(
-        name=cloud.name,
+        name=name,
         functions=decision.functions,
         scores={name: membership.score for name, membership in decision.memberships.items()},
         unsure=bool(doubts),
         reasons=(*decision.reasons(explain), *doubts),
-        cloud=cloud,
         decision=decision,
     )
 

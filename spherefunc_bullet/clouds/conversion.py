@@ -59,15 +59,18 @@ def as_cloud(
     return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
 
 
-def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
-    """Return the clouds of several objects in metres with z up, see `as_cloud`; errors name them by number."""
+def as_clouds(objects: Iterable[Anything]) -> Iterator[Cloud]:
+    """Return an iterator of the clouds of several objects in metres with z up, see `as_cloud`, each made when needed.
+
+    Errors name them by number.
+    """
     if isinstance(objects, str | Path | Cloud | Mapping) or not isinstance(objects, Iterable):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got {type(objects).__name__}")
     if (shape := np.shape(objects) if hasattr(objects, "shape") else ())[1:] == (1,):
         objects = np.asarray(objects).ravel()  # a column of paths, as of a DataFrame
     elif len(shape) == 2:
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got a table of {shape[1]} columns")
-    return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
+    return (as_cloud(item, name=f"object {number}") for number, item in enumerate(objects))
 
 
 def geometry_of(anything: Anything, name: str) -> Geometry:

@@ -7,7 +7,7 @@ The forms of labels are in `labels`.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypedDict
 
 import numpy as np
@@ -96,9 +96,9 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
         check_is_fitted(self, "members_")
         drop_config = self.drop_config()
-        objects = [CloudObject(raw_cloud=cloud, drop_config=drop_config, cache=self.cache) for cloud in as_clouds(X)]
-        scores = np.array([decide(item, self).scores for item in objects]).reshape(len(objects), len(self.functions_))
-        return in_columns(scores, self.functions_, self._columns())
+        objects = (CloudObject(raw_cloud=cloud, drop_config=drop_config, cache=self.cache) for cloud in as_clouds(X))
+        scores = [decide(item, self).scores for item in objects]
+        return in_columns(np.reshape(scores, (len(scores), len(self.functions_))), self.functions_, self._columns())
 
     def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:
         """Return the functions of each object: a set, empty for none; or an indicator (N, F) where y was one."""
@@ -138,14 +138,16 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         """
         if len(checked_radii(self.radii)) == 0:
             raise InputError("radii: expected at least one, got none")
+        X = list(X) if isinstance(X, Iterator) else X
         clouds = as_clouds(X)
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
-        require_as_many(clouds, labels)
+        require_as_many(X, labels)
         if known is not None and (others := set().union(*sets_of(labels)) - set(known)):
             raise InputError(f"labels: expected functions of the columns {', '.join(known)}, got {min(others)!r}")
         drop = settle_cached if self.cache else settle
-        settled = [drop(cloud, self.simulator, self.radii, self.seed, self.run_limit) for cloud in clouds]
-        return settled, labels, [cloud.name for cloud in clouds]
+        how = self.simulator, self.radii, self.seed, self.run_limit
+        named = [(cloud.name, drop(cloud, *how)) for cloud in clouds]
+        return [settled for _, settled in named], labels, [name for name, _ in named]
 
 
 def require_as_many(objects: Sequence, labels: Sequence):

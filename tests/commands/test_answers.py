@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import pickle
 import re
@@ -16,6 +17,7 @@ from checkout import ROOT
 from commands import spherefunc
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import as_cloud
 from spherefunc_bullet.formats.files import cache_home
 
@@ -174,6 +176,28 @@ def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
     assert again.profiles_.tobytes() == first.profiles_.tobytes()
     anew = sf.FunctionClassifier(radii=(0.01,), drops=30, cache=False).fit(objects, labels)
     assert len(drops) == once + 2 and anew.profiles_.tobytes() == first.profiles_.tobytes()
+
+
+class CountingMug:
+    """A mug that counts the clouds in memory whenever its points are read."""
+
+    def __init__(self):
+        self.counts = []
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        self.counts.append(sum(isinstance(each, Cloud) for each in gc.get_objects()))
+        return clouds.mug().points
+
+
+def test_a_library_is_read_object_by_object():
+    mug, labels = CountingMug(), ["cup", "none"] * 6
+    model = sf.FunctionClassifier(radii=(0.01,), drops=30).fit([mug] * 12, labels)
+    model.predict([mug] * 12)
+    sf.SphereHistogram(radius=0.01).fit_transform([mug] * 12)
+    answers = sf.classify([mug] * 12, cache=True)
+    assert len(mug.counts) == 48 and max(mug.counts) < min(mug.counts) + 6  # one cloud, and what is derived from it
+    assert np.array_equal(answers[0].cloud.points, as_cloud(mug).points) and answers[0].name == "object 0"
+    assert sf.FunctionClassifier(radii=(0.01,), drops=30).fit(iter([mug] * 12), iter(labels)).names_ == model.names_
 
 
 @pytest.mark.slow
