@@ -19,7 +19,7 @@ from ..datasets.dataset import Dataset
 from ..errors import InputError, one_line, warn_renamed
 from ..processes.tasks import run_tasks
 from ..settling.cached_runs import DropConfig
-from .folder import RunFolder
+from .folder import RunFolder, is_running
 from .ledger import Ledger, LedgerRow, RunConfig
 from .task import SimulationTask, rows_to_record, settled_rows, source_stamp, valid_row
 
@@ -110,6 +110,8 @@ def run_batch(
     batch.folder.make()
     with batch.folder.ledger(make=True) as ledger:
         ledger.check()
+        if is_running(ledger) is False:
+            ledger.forget_waiting()
         about = {"host": socket.gethostname(), "process": os.getpid(), "data": one_line(batch.dataset.name)}
         ledger.begin_call({"jobs": jobs} | about)
         tasks, finished = left_to_do(batch, ledger, retry_failed)
@@ -144,9 +146,10 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
         now = valid_row(row, objects[row.object], batch.folder, batch.drop_config, retry_failed)
         if now is None:
             missing[row.object][row.way] = ways[row.way]
+            now = LedgerRow(object=row.object, way=row.way)
         else:
             valid[row.object].append(now)
-            changed += [now] if now != row else []
+        changed += [now] if now != row else []
     ledger.write(changed)
     tasks = [
         SimulationTask(

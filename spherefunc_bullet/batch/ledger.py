@@ -165,6 +165,11 @@ class Ledger:
         rows = self.query(f"SELECT way, {WAY_COLUMNS} FROM ways ORDER BY way")
         return {number: RunConfig(**dict(zip(WAY_NAMES, values, strict=True))) for number, *values in rows}
 
+    def forget_waiting(self):
+        """Delete the waiting rows of earlier calls, whose objects and radii the next call may not have."""
+        with self.writing() as connection:
+            connection.execute("DELETE FROM runs WHERE outcome = ?", (WAITING,))
+
     def expect(self, objects: Iterable[str], ways: Sequence[int]):
         """Add a waiting row for every object and run configuration that has none."""
         with self.writing() as connection:

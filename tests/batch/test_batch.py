@@ -483,6 +483,19 @@ def test_status_of_a_killed_run_says_that_nothing_runs(many, tmp_path):
     assert answer["waiting"] > 0 and answer["running"] is False and answer["seconds_left"] is None
     text = call("batch", "--run", tmp_path / "run", "--status").stdout
     assert "nothing runs" in text and "run the same command to go on" in text
+    assert call("batch", many, "--shard", "1/30", "--radii", "3cm", "--run", tmp_path / "run").exit_code == 0
+    answer = json.loads(call("batch", "--run", tmp_path / "run", "--status", "--json").stdout)
+    assert answer["waiting"] == 0 and answer["objects"] == answer["done"] >= 5
+
+
+def test_status_counts_an_object_as_waiting_that_is_simulated_again(data, copy, tmp_path):
+    changed = Path(shutil.copytree(data, tmp_path / "data"))
+    shutil.copyfile(changed / "mug_001.npz", changed / "mug_000.npz")
+    calls = run_batch(batch_of(changed, copy), jobs=1)
+    assert next(calls).skipped
+    with RunFolder(copy).ledger() as ledger:
+        assert status(ledger)["waiting"] == 1
+    assert counts({each.name: each for each in calls})[0] == 1
 
 
 def test_ledger_and_status_of_100_000_rows_stay_fast(tmp_path):
