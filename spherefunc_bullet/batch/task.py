@@ -15,17 +15,17 @@ from ..formats.sources import Source, as_source
 from ..settling.cached_runs import DropConfig
 from ..settling.drops import drops_from_rows
 from .folder import FullDisk, RunFolder, digest, size_and_time
-from .ledger import DONE, WAITING, LedgerRow
+from .ledger import DONE, LedgerRow
 
 
 def valid_row(
     row: LedgerRow, path: Path, folder: RunFolder, drop_config: DropConfig, retry_failed: bool
 ) -> LedgerRow | None:
-    """Return a row if its object is unchanged and its centres are there, else None.
+    """Return a row if its object is unchanged and its centres are there; None if not, or if its file was not read.
 
     Files are compared by size and time; if these differ, as after a copy, by content, and the row gets the new ones.
     """
-    if row.outcome == WAITING or (row.outcome != DONE and retry_failed):
+    if row.content is None or (row.outcome != DONE and retry_failed):
         return None
     stamp = source_stamp(path)
     try:
@@ -127,7 +127,7 @@ def rows_to_record(task: SimulationTask, outcome: list[LedgerRow] | InputError, 
 def failed_rows(task: SimulationTask, error: InputError, folder: RunFolder) -> list[LedgerRow]:
     """Return the rows of an object that failed; radii that were finished before the failure are done.
 
-    They have no content if the file has changed since the task began, so that the next call tries it again.
+    They have no content if the file could not be read, or has changed since the task began: the next call tries again.
     """
     try:
         content = task.drop_config.content_hash(task.path) if source_stamp(task.path) == task.stamp else None

@@ -113,6 +113,17 @@ def test_second_call_does_nothing_again(data, copy):
     assert before == {path: path.stat().st_mtime_ns for path in copy.rglob("*.npz")}
 
 
+def test_a_file_that_could_not_be_read_is_tried_again(data, copy, tmp_path):
+    fewer = Path(shutil.copytree(data, tmp_path / "data"))
+    (fewer / "mug_000.npz").unlink()
+    newest = []
+    for _ in range(2):
+        assert counts(finished(batch_of(fewer, copy)))[1] == 2
+        with RunFolder(copy).ledger() as ledger:
+            newest += ledger.query("SELECT object, max(finished) FROM runs")
+    assert newest[0][0] == newest[1][0] == "mug_000.npz" and newest[0] < newest[1]
+
+
 def test_kill_9_changes_nothing(tmp_path):
     """At random moments, of the batch alone or of all its processes: the same rows and arrays as undisturbed.
 
