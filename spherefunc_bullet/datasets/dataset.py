@@ -131,7 +131,7 @@ def read_manifest(manifest: Path) -> Dataset:
     objects = tuple(_manifest_object(manifest, rows.line_num, row) for row in rows)
     if not objects:
         raise InputError(f"{manifest}: expected at least one row below the header, got none")
-    return Dataset(manifest.parent.name, objects, manifest.parent)
+    return Dataset(manifest.parent.resolve().name, objects, manifest.parent)
 
 
 def csv_table(path: Path, *columns: str) -> csv.DictReader[str]:

@@ -69,6 +69,11 @@ def test_marks_of_other_systems_are_fine(write, text):
     assert open_dataset(write(text)).objects[0].functions == {"cup"}
 
 
+def test_the_current_folder_has_a_name(write, monkeypatch):
+    monkeypatch.chdir(write("file,label\na.ply,cup\n"))
+    assert open_dataset(".").name == open_dataset("manifest.csv").name == "set"
+
+
 def test_manifest_by_its_own_path(write):
     folder = write("file,label\na.ply,cup\n")
     assert open_dataset(folder / "manifest.csv") == open_dataset(folder) == open_dataset(str(folder))
