@@ -62,7 +62,7 @@ def carry(
         density=density,
     )
     failures, how = Failures(), (settings, seed, up, units)
-    results = options.run_on_files(carried_file, files, simulator, how, "carrying", failures)
+    results = options.run_on_files(carried_file, files, simulator, how, "carrying", failures, picture is not None)
     rows = [row_of(file, result) for file, (_, result) in results]
     write_tiles([carry_tile(*carried) for _, carried in results if picture], picture)
     print_json(rows) if json else print_shares(rows, settings.angles_deg)

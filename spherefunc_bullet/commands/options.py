@@ -137,7 +137,13 @@ def require_drawings(inputs: Iterable[Path], picture: Path | None, page: Path | 
 
 
 def run_on_files(
-    function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
+    function: Callable,
+    files: Sequence[Path],
+    simulator: Simulator,
+    how: tuple,
+    doing: str,
+    failures: Failures,
+    drawn: bool = True,
 ) -> list[tuple[Path, Any]]:
     """Return each file with the result of the function; a file that fails is reported and left out.
 
@@ -147,13 +153,16 @@ def run_on_files(
         Its arguments are a file, the simulator, and those of ``how``.
     doing : str
         Text of the progress bar.
+    drawn : bool
+        If not, the first part of each result, a cloud to draw, is replaced by None: those of a library fill the memory.
     """
     from ..processes.tasks import run_tasks
     from ..simulator import isolated
 
     tasks = [(file, simulator, *how) for file in files]
     outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
-    return [(files[index], outcome) for index, outcome in passed(outcomes, len(files), doing, failures.add)]
+    results = passed(outcomes, len(files), doing, failures.add)
+    return [(files[index], result if drawn else (None, *result[1:])) for index, result in results]
 
 
 def say_notes(name: str, notes: Iterable[str]):

@@ -58,7 +58,7 @@ def poses(
     settings = PoseSettings(drops=drops, fall=fall, matter=matter)
     classifier = inference_model(model or shipped_model("fast"), None)
     failures, how = Failures(), (classifier, settings, seed, units)
-    results = options.run_on_files(posed_file, files, simulator, how, "posing", failures)
+    results = options.run_on_files(posed_file, files, simulator, how, "posing", failures, bool(picture or page))
     rows = [row_of(file, *posed) for file, (_, *posed) in results]
     shown = [(cloud, answers) for _, (cloud, _, answers, _) in results if answers]
     if picture is not None and shown:
@@ -138,7 +138,7 @@ def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: s
 
     simulator = require_ability(classifier.simulator, "poses")
     failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
-    for file, posed in options.run_on_files(posed_file, files, simulator, how, "classifying", failures):
+    for file, posed in options.run_on_files(posed_file, files, simulator, how, "classifying", failures, False):
         _, result, answers, seconds = posed
         row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})

@@ -56,7 +56,7 @@ def stand(
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)
     failures, how = Failures(), (settings, length, seed, up, units)
-    results = options.run_on_files(stood_file, files, simulator, how, "standing", failures)
+    results = options.run_on_files(stood_file, files, simulator, how, "standing", failures, picture is not None)
     write_tiles([stand_tile(*stood, settings.load) for _, stood in results if picture], picture)
     if json:
         print_json([row_of(file, result, settings) for file, (_, result) in results])

@@ -1,4 +1,7 @@
-"""What a command writes never destroys what it reads, and what it cannot do is refused before hours are spent."""
+"""What a command writes never destroys what it reads, and what it cannot do is refused before hours are spent.
+
+Results of a library do not hold its clouds.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,12 @@ import clouds
 import numpy as np
 import pytest
 from commands import spherefunc
+
+from spherefunc_bullet.commands.options import run_on_files
+from spherefunc_bullet.commands.stand import stood_file
+from spherefunc_bullet.console import Failures
+from spherefunc_bullet.simulator import make_simulator
+from spherefunc_bullet.simulator.mechanics import StandSettings
 
 
 @pytest.fixture
@@ -210,3 +219,12 @@ def test_copies_are_no_further_objects_of_the_data_set(files, tmp_path, command,
 def test_an_evaluation_or_a_room_is_not_begun_for_nothing(files, tmp_path, line, says):
     (tmp_path / "manifest.csv").write_text("file,label\ntable.xyz,table\nsheet.obj,none\n")
     assert says in refused(*line.replace("DATA", str(tmp_path)).split())
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_results_hold_their_clouds_only_for_a_drawing(tmp_path, drawn):
+    np.savez(tmp_path / "mug.npz", points=clouds.mug().points)
+    how, failures = (StandSettings(), None, 0, "z", "m"), Failures()
+    files, simulator = [tmp_path / "mug.npz"], make_simulator("fast")
+    [(file, (cloud, result))] = run_on_files(stood_file, files, simulator, how, "standing", failures, drawn)
+    assert file == files[0] and (cloud is not None) == drawn and len(result.places)
