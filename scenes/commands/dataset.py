@@ -155,7 +155,7 @@ def select(
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
     from spherefunc_bullet.datasets.dataset import is_permissive, label_text, open_dataset
-    from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.errors import InputError, one_line
     from spherefunc_bullet.formats.files import prepare_folder, writing
     from spherefunc_bullet.formats.units import parse_length
 
@@ -172,7 +172,7 @@ def select(
     prepare_folder(directory)
     rows = []
     for number, item in enumerate(chosen):
-        name = f"{number:04d}_{item.path.name}"
+        name = f"{number:04d}_{one_line(item.path.name)}"  # a manifest cannot hold every name of a file
         with writing(directory / name):
             copyfile(item.path, directory / name)
         also = ";".join(sorted(item.also))

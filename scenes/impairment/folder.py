@@ -16,7 +16,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import passed
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, csv_table, label_text, open_dataset
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.files import prepare_folder, write_bytes
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.processes.tasks import run_tasks
@@ -115,7 +115,7 @@ def write_copies(
         if surface is None:
             left_out[made] += 1
             continue
-        file = f"{number:04d}_{item.path.stem}_{impairment.kind}.ply"
+        file = f"{number:04d}_{one_line(item.path.stem)}_{impairment.kind}.ply"
         write_bytes(directory / file, copy_ply(surface))
         works = impairment.works
         label, also = (label_text(item.functions), ";".join(sorted(item.also))) if works else (NONE, "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -176,3 +177,16 @@ def test_select_does_not_copy_half_an_object(run, tmp_path):
     done = run("select", tmp_path / "data", tmp_path / "some", "--up-to", "5m", "--json")
     assert done.exit_code == 2 and json.loads(done.stdout)["objects"] == 1
     assert "model.gltf: expected one file to copy, it names" in done.stderr and "save it as GLB" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names of files")
+@pytest.mark.parametrize("command", ["select", "impair"])
+def test_copies_of_files_with_any_name_are_in_their_manifest(run, tmp_path, command):
+    (tmp_path / "data" / "cup").mkdir(parents=True)
+    mug = next(item.mesh for item in household_objects() if item.name == "mug_01")
+    for name in (b"caf\xe9.ply", b"new\nline.ply"):
+        (tmp_path / "data" / "cup" / os.fsdecode(name)).write_bytes(mug.export(file_type="ply"))
+    options = ["--kinds", "whole"] if command == "impair" else []
+    done = run(command, tmp_path / "data", tmp_path / "copies", *options, "--json")
+    copies = open_dataset(tmp_path / "copies").objects
+    assert done.exit_code == 0 and len(copies) == 2 and all(item.path.is_file() for item in copies)
