@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import EngFormatter, LogLocator
+from matplotlib.ticker import EngFormatter
 
 from ..evaluation.protocol import PAPER
 from ..pages.plates import GREY, INK, PALE, STYLE, look
@@ -56,11 +56,11 @@ def accuracy_chart(report: Report) -> str:
 
 
 def marks(report: Report, function: str) -> list[ChartMark]:
-    """Return all marks of one function."""
+    """Return all marks of one function; a radius that is dropped on less than half of the objects has no median."""
     drawn = []
     for place, backend in enumerate(report["backends"].values()):
-        alone = [(f"{100 * row['radius']:g}", row) for row in backend["by_radius"]]
-        for label, row in [*(alone if len(alone) > 1 else []), ("", backend)]:
+        alone = [(f"{100 * row['radius']:g}", row) for row in backend["by_radius"] if row["seconds_per_object"]]
+        for label, row in [*(alone if len(backend["by_radius"]) > 1 else []), ("", backend)]:
             quality, seconds = row["functions"][function], max(row["seconds_per_object"], SHORTEST)
             figures = {"f_measure": quality["f_measure"], "spread": quality["f_measure_std"]}
             drawn.append(ChartMark(backend=place, label=label, seconds=seconds, **figures))
@@ -79,8 +79,7 @@ def front(drawn: Sequence[ChartMark]) -> list[ChartMark]:
 def draw_function(axes: Axes, report: Report, function: str):
     """Draw one function's marks, front, best baseline and the paper's number."""
     drawn = marks(report, function)
-    axes.set(xscale="log", ylim=(0, 1.02))
-    axes.xaxis.set_major_locator(LogLocator())
+    axes.set_xscale("log")
     axes.xaxis.set_major_formatter(EngFormatter(unit="s"))
     edge = front(drawn)
     seconds = [mark.seconds for mark in edge] + [3 * max(mark.seconds for mark in drawn)]
@@ -117,12 +116,12 @@ def keys(report: Report) -> list:
         for place, name in enumerate(report["backends"])
     ]
     lines += [
-        Line2D([], [], **plain, marker="o", markersize=10, markerfacecolor="white", label="one radius alone, cm"),
-        Line2D([], [], color=PALE, linewidth=4, label="Pareto front"),
-        Line2D([], [], color=GREY, linestyle="--", linewidth=1, label="best baseline, no spheres"),
+        Line2D([], [], **plain, marker="o", markersize=10, markerfacecolor="white", label="one radius alone (in cm)"),
+        Line2D([], [], color=PALE, linewidth=4, label="best within the time"),
+        Line2D([], [], color=GREY, linestyle="--", linewidth=1, label="best without spheres"),
     ]
     if PAPER.keys() & report["functions"].keys():
-        lines.append(Line2D([], [], color=INK, linestyle=":", linewidth=1, label="the paper, its own models"))
+        lines.append(Line2D([], [], color=INK, linestyle=":", linewidth=1, label="the paper, on its own models"))
     return lines
 
 

@@ -13,7 +13,7 @@ from browser import draw, needs_browser
 
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import clearest, disagreements
-from spherefunc_bullet.compare.comparison.charts import ChartMark, front, median_line
+from spherefunc_bullet.compare.comparison.charts import ChartMark, front, marks, median_line
 from spherefunc_bullet.compare.comparison.recommendation import (
     prices,
     recommendation_sentence,
@@ -122,6 +122,14 @@ def test_front_keeps_what_nothing_beats():
 
     quick, good, beaten, level = mark(1, 0.5), mark(3, 0.9), mark(2, 0.4), mark(4, 0.9)
     assert front([level, good, beaten, quick]) == [quick, good]
+
+
+def test_a_radius_dropped_on_few_objects_has_no_mark():
+    functions = {"cup": {"f_measure": 0.9, "f_measure_std": 0.1}}
+    few, most = ({"radius": radius, "seconds_per_object": seconds} for radius, seconds in ((0.005, 0.0), (0.01, 0.2)))
+    alone = [row | {"functions": functions} for row in (few, most)]
+    compared = {"backends": {"fast": {"by_radius": alone, "seconds_per_object": 0.3, "functions": functions}}}
+    assert [mark.label for mark in marks(compared, "cup")] == ["1", ""]
 
 
 def test_median_line_has_no_point_of_few_runs():
