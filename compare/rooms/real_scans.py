@@ -58,9 +58,10 @@ class ScanResults:
         """Print the results as tables."""
         print_scans(self.rows)
         print_benchmark(benchmark_rows(self.examined))
-        row, score = inferred_row(self.inferred), score_row(score_of(self.verdicts))
-        true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
-        show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
+        claims, backs, seen = inferred_row(self.inferred).values()
+        show(f"chairs inferred at tables, in no count above: {claims}; for {backs} only the back of a chair shows,")
+        show(f"for {seen} more of a chair shows, for {claims - backs - seen} no chair is there\n")
+        score = score_row(score_of(self.verdicts))
         show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
