@@ -225,8 +225,8 @@ def unseen_kinds(evaluated: Evaluated) -> list[str]:
     """Return a row for each way to learn: useless copies classified as useful, on average and of the worst kind."""
     cells: dict[str, list[str]] = {}
     for function in FUNCTIONS:
-        rows = evaluated["impaired"][function].values()
-        read = [name for name in next(iter(rows))["share"] if name.startswith((SPHERES, "points"))]
+        rows = [row for kind, row in evaluated["impaired"][function].items() if kind != "whole"]
+        read = [name for name in rows[0]["share"] if name.startswith((SPHERES, "points"))]
         for feature in (name for name in read if not name.endswith(HELD)):
             useless = [row["share"][feature] for row in rows if not row["works"]]
             harmless = [row["share"][feature] for row in rows if row["works"]]
