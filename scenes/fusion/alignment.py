@@ -13,7 +13,7 @@ import numpy as np
 from ..scans.cells import cells
 from ..scans.gravity import Patches, patches_of_size
 from ..scans.spread import cell_moments
-from .point_map import NEARNESS_NOISE, View
+from .point_map import NEARNESS_NOISE, UNKNOWN, View
 
 TURN = 25.0  # degrees that a pose may be off for each metre of its error: 0.5 for 2 cm
 _SIDE = 0.15  # metres, of the flat pieces
@@ -38,8 +38,7 @@ def aligned(view: View, depth: np.ndarray, points: np.ndarray, error: float) -> 
     error : float
         Deviation of given poses along each axis, metres; without one, or without a map, poses stay.
     """
-    in_view = points[view.pixels(points)[0] >= 0]
-    pieces = patches_of_size(cell_moments(in_view, _SIDE), _SIDE)
+    pieces = patches_of_size(cell_moments(points[view.verdicts(points) != UNKNOWN], _SIDE), _SIDE)
     if not error or not len(pieces):
         return view
     seen = np.isfinite(depth)

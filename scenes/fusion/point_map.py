@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spherefunc_bullet.errors import CheckedSettings, InputError, amount
+from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
 from ..scans.depth_image import Intrinsics
@@ -23,6 +24,7 @@ UNKNOWN, HIDDEN, PRESENT, FREE = range(4)
 AGREED, USABLE = 0.95, 0.5  # agreement below which a message says so, and below which no object is looked for,
 FEW = 3  # from how many images on that
 OVERLAP = 1000  # or more voxels of the map could show
+_AHEAD = 0.05  # metres before the camera, below which nothing is in its image
 NEW = -4  # label of a voxel that no update has looked at; see `segmentation` for the others
 
 
@@ -37,30 +39,29 @@ class View:
 
     def verdicts(self, points: np.ndarray) -> np.ndarray:
         """Return UNKNOWN, HIDDEN, PRESENT or FREE for each point (N, 3) of the world, (N,) int8."""
-        row, column, depth = self.pixels(points)
-        inside = row >= 0
-        row, column = np.where(inside, row, 0), np.where(inside, column, 0)
-        nearest, farthest = self.nearest[row, column], self.farthest[row, column]
-        margin = MARGIN + MARGIN_GROWTH * depth**2
-        out = np.full(len(points), UNKNOWN, np.int8)
-        known = inside & np.isfinite(nearest)
-        out[known & (depth > farthest + margin)] = HIDDEN
-        out[known & (depth <= farthest + margin) & (depth >= nearest - margin)] = PRESENT
-        out[known & (depth < nearest - margin)] = FREE
-        return out
+        verdicts, camera = np.full(len(points), UNKNOWN, np.int8), self.intrinsics
+        pinhole = camera.fx, camera.fy, camera.cx, camera.cy
+        find_verdicts(points, self.T_world_camera, pinhole, self.nearest, self.farthest, verdicts)
+        return verdicts
 
-    def pixels(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return row and column of the window of each point (N, 3), -1 outside the image, and the point's depth."""
-        R, t = self.T_world_camera[:3, :3], self.T_world_camera[:3, 3]
-        x, y, depth = ((points - t) @ R).T
-        ahead = depth > 0.05
-        scale = np.divide(1.0, depth, out=np.zeros_like(depth), where=ahead)
-        camera = self.intrinsics
-        column = np.floor((x * scale * camera.fx + camera.cx + 0.5) / POOL)
-        row = np.floor((y * scale * camera.fy + camera.cy + 0.5) / POOL)
-        height, width = self.nearest.shape
-        inside = ahead & (row >= 0) & (column >= 0) & (row < height) & (column < width)
-        return np.where(inside, row, -1).astype(int), np.where(inside, column, -1).astype(int), depth
+
+@njit(cache=True, error_model="numpy")
+def find_verdicts(points, T, pinhole, nearest, farthest, verdicts):
+    """Write the verdict of each point (N, 3), UNKNOWN before, by windows (h, w) of an image with a pose T (4, 4)."""
+    fx, fy, cx, cy = pinhole
+    for i in range(len(points)):
+        x, y, z = points[i, 0] - T[0, 3], points[i, 1] - T[1, 3], points[i, 2] - T[2, 3]
+        depth = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
+        if depth <= _AHEAD:
+            continue
+        column = np.floor(((x * T[0, 0] + y * T[1, 0] + z * T[2, 0]) / depth * fx + cx + 0.5) / POOL)
+        row = np.floor(((x * T[0, 1] + y * T[1, 1] + z * T[2, 1]) / depth * fy + cy + 0.5) / POOL)
+        if not (0 <= row < nearest.shape[0] and 0 <= column < nearest.shape[1]):
+            continue
+        near, far = nearest[int(row), int(column)], farthest[int(row), int(column)]
+        margin = MARGIN + MARGIN_GROWTH * depth * depth
+        if np.isfinite(near):
+            verdicts[i] = HIDDEN if depth > far + margin else FREE if depth < near - margin else PRESENT
 
 
 def view_of(depth: np.ndarray, intrinsics: Intrinsics, T_world_camera: np.ndarray) -> View:
