@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.function_model import FunctionModel
     from spherefunc_bullet.places.place import Place, Similarity
 
+    from ..fusion.point_map import FusionSettings
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
 
@@ -88,7 +89,6 @@ def scene(
     from spherefunc_bullet.places.finding import cloud_and_frame
 
     from ..fusion.frames import open_frames
-    from ..fusion.point_map import FusionSettings
     from ..fusion.scene_fusion import SceneFusion
     from ..recognition.completion import steps_of
     from ..recognition.examples import recognise_as_paper
@@ -107,10 +107,7 @@ def scene(
         min_cluster_size=min_cluster_size,
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
-    fused = FusionSettings()
-    if pose_error is not None:
-        fused = FusionSettings(pose_error=0.0 if pose_error == "none" else parse_length(pose_error))
-    steps = steps_of(complete)
+    steps, fused = steps_of(complete), fusion_settings(pose_error)
     alone = {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
     alone["--units"] = None if units == "auto" else units
     beside = {"--poses": poses, "--pose-error": pose_error, "--every": every}
@@ -159,6 +156,15 @@ def require_method(method: str | None, model: Path | None, others: dict[str, str
     for name, value in others.items():
         if method is not None and value is not None:
             raise InputError(f"{name}: expected without --method paper, which takes clusters as they are")
+
+
+def fusion_settings(pose_error: str | None) -> FusionSettings:
+    """Return how depth images are fused whose poses are off by a length, or ``none``; by default by the default."""
+    from ..fusion.point_map import FusionSettings
+
+    if pose_error is None:
+        return FusionSettings()
+    return FusionSettings(pose_error=0.0 if pose_error == "none" else parse_length(pose_error))
 
 
 def bag_scan(file: Path, topic: str | None, time: float | None) -> Scan | None:
