@@ -37,7 +37,7 @@ PROSE = {"text", "bibtex", "toml"}
 # people's and PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|\$SLURM|part_\*|spherefunc demo"
-    r"|robustness\.exam"
+    r"|robustness\.exam|household/third"
     r"|compare (DATA|DIR)|mechanics |compare\.demo --out|shapes DIR|pybullet_data"
     r"|poses mug_01|together dining_table_02|places mug_01"  # the gallery, of what mechanics.md and places.md run too
     r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|shapes mug\.obj|--best|--coacd|compare_shapes"
