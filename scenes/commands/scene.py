@@ -159,7 +159,7 @@ def require_method(method: str | None, model: Path | None, others: dict[str, str
 
 
 def fusion_settings(pose_error: str | None) -> FusionSettings:
-    """Return how depth images are fused whose poses are off by a length, or ``none``; by default by the default."""
+    """Return how depth images are fused whose poses are off by a length, such as ``2cm``; ``none``: they are exact."""
     from ..fusion.point_map import FusionSettings
 
     if pose_error is None:
