@@ -26,6 +26,8 @@ ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each 
 FALLS_OVER = "it would fall over when put down like this; an object that would fall over has no function"
 LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
 NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
+SPIKY = 1 / 3  # of a part: 1/4 and 2/5 exclude the same copies in use and seats with spikes (docs/studies.md)
+SPIKES = "spheres stay on it as on a seat, but it is full of spikes"
 NOTHING_SETTLED = (
     "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
@@ -72,6 +74,15 @@ def has_no_place_to_sit(cloud: Cloud) -> bool:
     return not sit_places(seat_surface(cloud), sittable=1.0)
 
 
+def is_full_of_spikes(cloud: Cloud) -> bool:
+    """Return whether most of an object's largest part is spikes; False without a mesh."""
+    if cloud.mesh is None:
+        return False
+    from .places.regions import spiky_share, surface_of
+
+    return spiky_share(surface_of(cloud)) > SPIKY
+
+
 @dataclass(frozen=True, kw_only=True)
 class UseCheck:
     """A check of an object that seems to have a function; if the object fails it, the answer is unsure."""
@@ -81,18 +92,26 @@ class UseCheck:
     fails: Callable[[Cloud], bool]
     doubt: str
     excludes: bool  # whether an object that fails does not have the function
+    after: str = ""  # the name of a check before it, which such an object also fails
 
 
 USE_CHECKS = (
     UseCheck(name="leaks", function=CUP, fails=loses_water, doubt=LEAKS, excludes=True),
     # A seat on which a bag lies may have no place to sit and is still a seat, so this is only a doubt.
     UseCheck(name="no_place_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
+    UseCheck(
+        name="spikes", function=SITTABLE, fails=is_full_of_spikes, doubt=SPIKES, excludes=True, after="no_place_to_sit"
+    ),
 )
 
 
 def failed_uses(functions: Collection[str], check: Check) -> tuple[UseCheck, ...]:
     """Return the failed checks of an object, among those for functions that it seems to have."""
-    return tuple(use for use in USE_CHECKS if use.function in functions and check(use.name, use.fails))
+    failed: dict[str, UseCheck] = {}
+    for use in USE_CHECKS:
+        if use.function in functions and (not use.after or use.after in failed) and check(use.name, use.fails):
+            failed[use.name] = use
+    return tuple(failed.values())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,7 +129,7 @@ class Decision:
 
     @property
     def scores(self) -> np.ndarray:
-        """(F,) float, 0 to 1; all are 0 if the object would fall over, and the score as a cup is 0 if it leaks."""
+        """(F,) float, 0 to 1; all are 0 if the object would fall over, one is 0 if a check excludes its function."""
         no_function = excluded(self.model.functions_, self.fails_stability_check, self.failed_uses)
         return np.where(no_function, 0.0, self.reading.scores)
 

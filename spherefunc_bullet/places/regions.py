@@ -113,11 +113,15 @@ def level_regions(surface: HeightMap, least_radius: float, lowest: float) -> lis
 
 def flat_cells(surface: HeightMap) -> np.ndarray:
     """Return the cells (X, Y) bool whose neighbours, also diagonal ones, are about as high; edges are excluded."""
-    rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(SLOPE_DEG)) + surface.rough
     low = ndimage.minimum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
     high = ndimage.maximum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
     with np.errstate(invalid="ignore"):
-        return (high - low <= rise) & np.isfinite(low)
+        return (high - low <= rise_of(surface, SLOPE_DEG)) & np.isfinite(low)
+
+
+def rise_of(surface: HeightMap, slope_deg: float) -> float:
+    """Return by how much a cell's neighbours, also diagonal ones, differ in height at most on a slope, metres."""
+    return 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(slope_deg)) + surface.rough
 
 
 SEAT_CELL = 0.025  # metres
@@ -132,16 +136,39 @@ def whole_cells(surface: HeightMap, middles: np.ndarray) -> np.ndarray:
     Gaps, as between slats, do not count, since they are not too steep.
     """
     seen, heights = np.isfinite(surface.heights), surface.heights
-    rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(STEEP_DEG)) + surface.rough
     low = ndimage.minimum_filter(np.where(seen, heights, np.inf), 3)
     high = ndimage.maximum_filter(np.where(seen, heights, -np.inf), 3)
     with np.errstate(invalid="ignore"):
-        gentle = seen & (high - low <= rise)
-    across = 2 * int(HAND / 2 / surface.cell) + 1
-    share = [ndimage.uniform_filter(cells.astype(float), across) for cells in (gentle, seen)]
+        gentle = seen & (high - low <= rise_of(surface, STEEP_DEG))
+    share = [ndimage.uniform_filter(cells.astype(float), across_hand(surface)) for cells in (gentle, seen)]
     whole = share[0] >= WHOLE * share[1]
     at = np.floor((middles - surface.origin) / surface.cell).astype(int)
     return whole[tuple(np.moveaxis(np.clip(at, 0, np.array(whole.shape) - 1), -1, 0))]
+
+
+def across_hand(surface: HeightMap) -> int:
+    """Return how many cells a hand is broad, an odd number."""
+    return 2 * int(HAND / 2 / surface.cell) + 1
+
+
+FINGER = 0.01  # metres: what stands out by more can be felt
+SAME_SURFACE = 0.25  # metres: what is farther above or below is another part of the object, as the ground between slats
+
+
+def spiky_share(surface: HeightMap) -> float:
+    """Return the share of the largest part that stands out or lies deep, compared with a hand's breadth around it.
+
+    A part consists of connected cells; the medians of a hand's breadth around them are no steeper than what carries a
+    person. What lies on a seat, slats, cushions and slopes leave most cells near these medians, and spikes do not.
+    """
+    heights = np.where(np.isfinite(surface.heights), surface.heights, 0.0)
+    medians = ndimage.median_filter(heights, across_hand(surface))
+    apart = np.abs(heights - medians)
+    gentle = ndimage.maximum_filter(medians, 3) - ndimage.minimum_filter(medians, 3) <= rise_of(surface, STEEP_DEG)
+    labels, count = ndimage.label(gentle & (medians > 0) & (apart < SAME_SURFACE) & np.isfinite(surface.heights))
+    if count == 0:
+        return 0.0
+    return float(np.mean(apart[labels == 1 + np.argmax(np.bincount(labels.ravel())[1:])] > FINGER))
 
 
 def seat_surface(cloud: Cloud, fine: HeightMap | None = None) -> HeightMap:

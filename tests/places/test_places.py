@@ -6,6 +6,7 @@ import importlib.util
 import json
 import sys
 from dataclasses import replace
+from itertools import cycle, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +16,7 @@ from checkout import ROOT
 from commands import spherefunc
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit
+from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit, is_full_of_spikes
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
@@ -160,9 +161,37 @@ def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
     cloud = spiky_or_slatted(pitch, tall)
     assert bool(sit_places(seat_surface(cloud), sittable=1.0)) == sat
     failed = failed_uses({"sittable"}, lambda name, check: check(cloud))
-    assert [use.name for use in failed] == ["no_place_to_sit"] * (not sat)
+    assert [use.name for use in failed] == ["no_place_to_sit", "spikes"] * (not sat)
     assert not failed_uses({"sittable"}, lambda name, check: check(Cloud(cloud.points)))
     assert not failed_uses({"table"}, lambda name, check: check(cloud))
+
+
+def stool_with(*things: tuple[np.ndarray, np.ndarray]) -> Cloud:
+    """Return a stool, its top of 40 x 40 cm at z = 0.45, with meshes on it."""
+    top = boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.1, -0.1, 0, 0.1, 0.1, 0.42))
+    return cloud_from_mesh(*joined(top, *things))
+
+
+def rods(pitch: float, thick: float, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return upright rods at a pitch on such a top, metres, their heights in turn."""
+    near = np.arange(-0.2 + pitch / 2, 0.2, pitch)
+    places = [(x, y, tall) for (x, y), tall in zip(product(near, near), cycle(heights), strict=False)]
+    half = thick / 2
+    return boxes(*[(x - half, y - half, 0.45, x + half, y + half, 0.45 + tall) for x, y, tall in places])
+
+
+@pytest.mark.parametrize(
+    "things, spiky",
+    [
+        ([rods(0.05, 0.03, np.array([0.12]))], True),
+        ([rods(0.04, 0.025, np.array([0.05, 0.2, 0.1]))], True),
+        ([], False),
+        ([boxes((-0.18, -0.18, 0.45, 0.1, 0.18, 0.75))], False),  # a bag, beside which nobody has room
+        ([boxes(*[(x, -0.2, 0.45, x + 0.1, 0.2, 0.45 + z) for x, z in ((-0.2, 0.3), (0.1, 0.2))])], False),
+    ],
+)
+def test_a_seat_is_full_of_spikes_but_not_of_things(things, spiky):
+    assert is_full_of_spikes(stool_with(*things)) == spiky
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():
