@@ -18,7 +18,7 @@ from ..classification import decide
 from ..clouds.conversion import Anything, as_clouds
 from ..errors import InputError
 from ..function_model import THRESHOLD, FunctionModel
-from ..settling.cached_runs import CloudObject, settle_cached
+from ..settling.cached_runs import CloudObject, DropConfig, LoadOptions, settle_cached
 from ..settling.drops import DropsByRadius
 from ..settling.settling import checked_radii, settle
 from ..simulator import Simulator
@@ -53,6 +53,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     """
 
     cache: bool
+    radii_: tuple[float, ...] | None = None  # that were learnt, metres
     columns_: tuple[str, ...] | None = None  # names of the columns of the indicator that y was, if it was one
 
     @abstractmethod
@@ -77,6 +78,18 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         check_is_fitted(self, "members_")
         return np.array(self._columns())
 
+    def require_fitted(self):
+        """Raise NotFittedError before `fit`, and InputError if `radii` were changed after it."""
+        check_is_fitted(self, "members_")
+        if self.radii_ not in (None, tuple(self.radii)):
+            learnt, now = (", ".join(f"{radius:g}" for radius in radii) for radii in (self.radii_, self.radii))
+            raise InputError(f"radii: expected {learnt} m, which were learnt, got {now} m; call fit again")
+
+    def drop_config(self, loading: LoadOptions | None = None) -> DropConfig:
+        """Return how spheres are dropped on the objects that it classifies; see `FunctionModel`."""
+        self.require_fitted()
+        return super().drop_config(loading)
+
     def fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
         """Learn from objects X and their functions y, a set for each or an indicator (N, F)."""
         columns = columns_of_indicator(y)
@@ -94,7 +107,6 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
 
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
-        check_is_fitted(self, "members_")
         drop_config = self.drop_config()
         objects = (CloudObject(raw_cloud=cloud, drop_config=drop_config, cache=self.cache) for cloud in as_clouds(X))
         scores = [decide(item, self).scores for item in objects]

@@ -79,7 +79,7 @@ class CubeClassifier(CloudClassifier):
         settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         method = find_cube_method(self.method)
-        self.functions_ = tuple(sorted(set().union(*labels)))
+        self.radii_, self.functions_ = tuple(self.radii), tuple(sorted(set().union(*labels)))
         self.members_ = memberships(labels, self.functions_)
         self.names_ = list(names)
         self.histograms_, self.examples_ = {}, {}
@@ -90,7 +90,7 @@ class CubeClassifier(CloudClassifier):
 
     def add_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
         """Learn from more objects, in addition to earlier ones."""
-        check_is_fitted(self)
+        self.require_fitted()
         settled = typed_drops(settled)
         self.functions_, self.members_ = more_members(self.functions_, self.members_, as_sets(y))
         self.names_ = [*self.names_, *names]

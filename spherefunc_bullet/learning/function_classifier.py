@@ -152,7 +152,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
         The forests for scans are discarded, since these objects have no surroundings.
         """
-        check_is_fitted(self, "members_")
+        self.require_fitted()
         self.scene_forests_, settled = None, typed_drops(settled)
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
@@ -184,7 +184,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """
         from sklearn.ensemble import ExtraTreesClassifier
 
-        self.functions_, self.names_ = tuple(functions), list(names)
+        self.radii_, self.functions_, self.names_ = tuple(self.radii), tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
         self.copy_groups_ = group_copies(self.names_, [""] * len(self.names_)) if copy_groups is None else copy_groups
         labelled = np.ones_like(members) if labelled is None else labelled

@@ -70,11 +70,9 @@ def save_model(model: CloudClassifier, path: str | Path):
     InputError
         If it was fitted with another estimator than forests, which cannot be saved as arrays of trees.
     """
-    from sklearn.utils.validation import check_is_fitted
-
     from .cube_classifier import CubeClassifier, cube_parts
 
-    check_is_fitted(model, "members_")
+    model.require_fitted()
     require_bounds(model.radii, model.run_limit.drops, path)
     simulator = make_simulator(model.simulator)
     about = {
@@ -266,6 +264,7 @@ def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> Clou
 def fill_training(model: CloudClassifier, about: About, arrays: Arrays):
     """Set what `fill_examples` does, and the names of the columns of the indicator that a classifier learnt, if any."""
     fill_examples(model, about, arrays)
+    model.radii_ = model.radii
     model.columns_ = tuple(about["columns"]) if "columns" in about else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 
 import clouds
 import numpy as np
@@ -123,6 +124,24 @@ def test_later_labels_name_what_was_learnt():
         with pytest.raises(sf.InputError, match="expected functions of the columns 0, 1, got"):
             model.partial_fit(objects, later)
     assert model.partial_fit(objects, ["0", "1"]).predict(objects).shape == (2, 2)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=["profile", "cubes"])
+@pytest.mark.parametrize("radii", [(0.02,), (0.01, 0.02)])
+def test_radii_that_were_not_learnt_are_refused(estimator, radii, objects, tmp_path):
+    model = clone(estimator).fit(objects[5:7], SETS[5:7])
+    sf.save_model(model, tmp_path / "model.npz")
+    for one in (model, sf.load_model(tmp_path / "model.npz")):
+        one.set_params(radii=radii)
+        for ask, *what in (
+            (one.predict, objects[:1]),
+            (partial(sf.classify, model=one), objects[0]),
+            (one.partial_fit, objects[:1], SETS[:1]),
+            (sf.save_model, one, tmp_path / "changed.npz"),
+        ):
+            with pytest.raises(sf.InputError, match="radii: expected 0.01 m, which were learnt, got 0.0.*; call fit"):
+                ask(*what)
+        assert one.set_params(radii=[0.01]).predict(objects[:1]) == [frozenset({"cup"})]
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=["profile", "cubes"])
