@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import Failures
+from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import prepare_folder, require_place
 
@@ -67,7 +67,7 @@ def evaluate(
 
     from ..comparison.experiment import LABELS
     from ..evaluation.impaired import impaired_copies, impaired_shares
-    from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
+    from ..evaluation.protocol import Protocol, labels_of, repeated_objects, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
@@ -96,6 +96,8 @@ def evaluate(
     require_agreement(dataset)
     learnt = simulated(dataset)
     tested = None if other is None else simulated(other)
+    if repeated := repeated_objects(learnt, tested or learnt):
+        say(f"spherefunc: {repeated}")
     if tested is not None:
         results = [transfer_result(learnt, tested, lengths, chosen)]
     else:

@@ -11,6 +11,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.labels import memberships
+from spherefunc_bullet.settling.records import ObjectRecord
 
 from . import TRAIN_SIZES
 
@@ -55,6 +56,26 @@ def labels_of(simulated: Simulated | Dataset) -> Labels:
         raise InputError(f"{simulated.name}: expected objects of at least two labels, got one only")
     also = memberships([item.also - item.functions for item in objects], functions)
     return Labels(functions, members, also, np.array([item.group for item in objects]))
+
+
+def repeated_objects(learnt: Simulated, tested: Simulated) -> str:
+    """Return a warning about objects to test that have the geometry of others to learn; empty if there are none."""
+    first = {drops_key(record): record for record in reversed(learnt.records)}
+    pairs = [(first.get(drops_key(record), record), record) for record in tested.records]
+    same = [pair for pair in pairs if pair[0] is not pair[1] and np.array_equal(*(one.voxels for one in pair))]
+    if not same:
+        return ""
+    advice = "keep one of each, or test by --groups with both in one" if learnt is tested else "leave them out of one"
+    return (
+        f"{tested.name}: {len(same)} of {len(tested.records)} objects have the geometry of others, such as "
+        f"{' and '.join(str(one.path) for one in same[0])}; where one is learnt and one tested, scores are too high: "
+        f"{advice}"
+    )
+
+
+def drops_key(record: ObjectRecord) -> tuple[bytes, ...]:
+    """Return a key for the drops on an object; objects of the same geometry have the same."""
+    return record.size.tobytes(), *(drops.rows().tobytes() for drops in record.settled.values())
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+from commands import spherefunc
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -260,3 +261,23 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     cut = cut_slice(evaluated, 0, axis=0)
     counted = {tuple(cube): count for cube, count in zip(cut.cubes.tolist(), cut.counts.tolist(), strict=True)}
     assert counted == {(0, 0): 3, (0, 1): 1, (1, 0): 1}
+
+
+def test_objects_on_both_sides_of_a_split_are_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+    folder, rows = tmp_path / "data", ["file,label,group"]
+    folder.mkdir()
+    for i in range(3):
+        for shape, label in ((clouds.mug(radius=0.035 + 0.003 * i), "cup"), (clouds.plate(0.2 + 0.02 * i), "table")):
+            np.save(folder / f"{shape.name}_{i}.npy", shape.points)
+            rows.append(f"{shape.name}_{i}.npy,{label},{i}")
+    (folder / "manifest.csv").write_text("\n".join(rows))
+    how = "--radii", "2cm", "--train-sizes", "half", "--trials", 1, "--jobs", 1
+    assert "geometry" not in spherefunc("evaluate", folder, *how).stderr
+    np.savez(folder / "again.npz", points=clouds.mug(radius=0.038).points)
+    (folder / "manifest.csv").write_text("\n".join([*rows, "again.npz,cup,0"]))
+    again = f"{folder / 'mug_1.npy'} and {folder / 'again.npz'}"
+    said = spherefunc("evaluate", folder, *how).stderr
+    assert f"data: 1 of 7 objects have the geometry of others, such as {again};" in said and "by --groups" in said
+    said = spherefunc("evaluate", folder, "--test", folder, *how).stderr
+    assert "7 of 7 objects have the geometry of others" in said and "leave them out of one" in said
