@@ -53,7 +53,7 @@ def useless_seats() -> list[Impairment]:
 
 def impairs_seat(specimen: Specimen) -> bool:
     """Return whether all places to sit are on the impaired level; an ottoman next to it would remain a seat."""
-    places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
+    places, level = places_of(specimen.cloud, scores=SURE, only="sit"), specimen.level
     if not places or level is None:
         return False
     on_it = level.flat[level.grid.cells_of(np.array([place.position for place in places]))]
@@ -83,7 +83,7 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
 def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
     """Return the share of places to sit that hold, or 1 if there are places but no proofs, and the seconds it took."""
     started = time.process_time()
-    places = [place for place in places_of(cloud, scores=SURE) if place.kind == "sit"]
+    places = places_of(cloud, scores=SURE, only="sit")
     share = float(bool(places))
     if places and callable(getattr(simulator, "prove", None)):
         after = proven(cloud, places, simulator, ProofSettings())

@@ -109,7 +109,7 @@ def seats(options: argparse.Namespace) -> dict[str, object]:
 
 def best_seat(file: Path) -> Place | None:
     """Return the best place to sit on a seat."""
-    found = [place for place in places_of(load_cloud(file), scores={"sittable": 1.0}) if place.kind == "sit"]
+    found = places_of(load_cloud(file), scores={"sittable": 1.0}, only="sit")
     return found[0] if found else None
 
 

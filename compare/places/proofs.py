@@ -60,7 +60,7 @@ def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict
 def try_places(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> TriedPlaces:
     """Return an object's places of one kind with proofs: of all places to sit, or of the best of the other kinds."""
     started = time.perf_counter()
-    places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
+    places = places_of(cloud, scores=known, only=kind)
     found = time.perf_counter()
     tested = places if kind == "sit" else places[:1]
     after = proven(cloud, tested, make_simulator("bullet"), ProofSettings())

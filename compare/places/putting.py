@@ -119,7 +119,7 @@ def lay_object(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator
 
 def put_on(cloud: Cloud, put: Cloud) -> list[Place]:
     """Return the places at which an object can be put."""
-    return [place for place in places_of(cloud, put=put, scores={}) if place.kind == "put"]
+    return places_of(cloud, put=put, scores={}, only="put")
 
 
 def put_benchmark(cloud: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> dict[str, StayCounts | None]:

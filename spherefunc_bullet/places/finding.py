@@ -29,7 +29,12 @@ UNKNOWN = 0.5  # score of a function that is not known
 
 
 def places_of(
-    cloud: Cloud, *, put: Cloud | None = None, scores: Mapping[str, float] | None = None, person: float = 1.75
+    cloud: Cloud,
+    *,
+    put: Cloud | None = None,
+    scores: Mapping[str, float] | None = None,
+    person: float = 1.75,
+    only: str | None = None,
 ) -> list[Place]:
     """Return the places of a cloud's object in the cloud's frame, the best first.
 
@@ -42,16 +47,18 @@ def places_of(
         scores.
     person : float, metres
         Height of a sitter.
+    only : {"sit", "put", "pour"}, optional
+        The kind that is searched for; by default all.
     """
     surface = surface_of(cloud)
     known = {} if scores is None else scores
     sittable = known.get("sittable", UNKNOWN)
-    found = [
-        *(sit_places(seat_surface(cloud, surface), person, sittable) if sittable >= NO_SEAT else []),
-        *put_places(surface, put),
-        *shelf_places(cloud, surface, put, LOWEST),
-        *pour_places(cloud),
-    ]
+    finders = {
+        "sit": lambda: sit_places(seat_surface(cloud, surface), person, sittable) if sittable >= NO_SEAT else [],
+        "put": lambda: [*put_places(surface, put), *shelf_places(cloud, surface, put, LOWEST)],
+        "pour": lambda: pour_places(cloud),
+    }
+    found = [place for kind, find in finders.items() if only in (None, kind) for place in find()]
     weighted = [
         replace(place, score=float(np.sqrt(place.score * known[place.function]))) if place.function in known else place
         for place in found

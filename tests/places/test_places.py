@@ -16,6 +16,7 @@ from checkout import ROOT
 from commands import spherefunc
 
 import spherefunc_bullet as sf
+import spherefunc_bullet.places.finding as finding
 from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit, is_full_of_spikes
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
@@ -300,6 +301,19 @@ def test_no_seed_spills_what_is_poured_into_a_deep_vessel(seed):
     (place,) = pour_places(stein)
     (verdict,) = sf.make_simulator("bullet").prove(stein, uses_of(place, None), ProofSettings(), seed)
     assert verdict.held and verdict.moved < 0.04
+
+
+def test_one_kind_of_places_is_found_alone(monkeypatch):
+    objects = [cloud_from_mesh(*mesh, "object") for mesh in (CUP, TABLE, CHAIR)]
+    found = [places_of(cloud) for cloud in objects]
+    for kind in ("sit", "put", "pour"):
+        alone = [places_of(cloud, only=kind) for cloud in objects]
+        of_kind = [[place for place in places if place.kind == kind] for places in found]
+        assert any(alone) and json.dumps([[p.as_json() for p in places] for places in alone]) == json.dumps(
+            [[p.as_json() for p in places] for places in of_kind]
+        )
+    monkeypatch.setattr(finding, "pour_places", None)  # takes most of the time
+    places_of(objects[0], only="sit")
 
 
 def test_the_middle_of_a_long_top_comes_before_its_ends_and_a_large_level_before_small_ones():
