@@ -74,10 +74,13 @@ def carried_file(
 ) -> tuple[Cloud, CarryResult]:
     """Return the cloud of a file, and what the object keeps."""
     from ..clouds.cloud import load_cloud
+    from ..settling.settling import warn_of_gaps
 
     cloud = load_cloud(file, up=up, units=units, report=say)
     with blaming(f"{cloud.name}: backend {simulator.name!r}"):
-        return cloud, simulator.carry(cloud, settings, seed)
+        result = simulator.carry(cloud, settings, seed)
+    warn_of_gaps(cloud, result.radius, say)
+    return cloud, result
 
 
 def row_of(file: Path, result: CarryResult) -> Row:

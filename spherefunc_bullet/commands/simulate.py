@@ -70,13 +70,14 @@ def drop_on_file(
 ) -> tuple[list[Run], InputError | None]:
     """Return the summary and the result of each run on a file up to the first error, and that error."""
     from ..clouds.cloud import load_cloud
-    from ..settling.settling import warm_up
+    from ..settling.settling import warm_up, warn_of_gaps
     from ..simulator import drop_on
 
     done = []
     try:
         cloud = load_cloud(file, up=up, units=units, report=say)
         warm_up(simulator)  # so that the seconds do not include compilation
+        warn_of_gaps(cloud, min(settings.radius for settings in runs), say)
         for settings in runs:
             result = drop_on(cloud, simulator, settings, seed)
             done.append((summary(file, cloud, result), result))

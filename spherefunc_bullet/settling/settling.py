@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, Mesh
 from ..clouds.preparation import headed, surround_centre
 from ..errors import InputError, one_line, require_amount
+from ..formats.units import format_length
 from ..simulator import DropSettings, Simulator, drop_on, make_simulator, one_by_one, sphere_limit
 from ..simulator.mechanics import LEVEL, Material, StandSettings
 from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
@@ -20,6 +21,7 @@ from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, dro
 DENSE = 0.5  # radii, approximate spacing of the points that walls are looked for in
 SMALL = 0.005  # metres, radius of the spheres that test whether water stands in an object
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than FINE are dropped only on objects up to HANDHELD
+COVERING = 0.6  # spacings of a cloud's points: smaller spheres fall through, half the diagonal of a lattice is 0.7
 FALLS_DEG = 20.0  # degrees by which an object that falls over tilts at least; no useful one of 382 real models does
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # Linux
 
@@ -79,6 +81,14 @@ def drop_if_useful(
 def too_fine(radius: float, cloud: Cloud, run_limit: RunLimit) -> bool:
     """Return whether spheres are too small for a limited number of them to say anything about so large an object."""
     return run_limit.drops is not None and radius < FINE and cloud.size.max() > HANDHELD
+
+
+def warn_of_gaps(cloud: Cloud, radius: float, report: Callable[[str], object]):
+    """Report a line if spheres of a radius, metres, may fall through between the points of a cloud."""
+    spacing = cloud.spacing
+    if radius < COVERING * spacing:
+        small, apart, least = map(format_length, (radius, float(f"{spacing:.2g}"), float(f"{COVERING * spacing:.2g}")))
+        report(f"{cloud.name}: spheres of radius {small} may fall through points {apart} apart; use at least {least}")
 
 
 def no_drops(radius: float, run_limit: RunLimit) -> Drops:

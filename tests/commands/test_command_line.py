@@ -572,3 +572,13 @@ def test_wrong_usage_is_no_traceback(call):
     for arguments in (["simulate"], ["no-such-command"], ["simulate", "a.ply", "--no-such-option"]):
         done = call(*arguments)
         assert done.returncode == 2 and done.stdout == "" and "Traceback" not in done.stderr
+
+
+def test_spheres_that_fall_between_points_are_named(call, tmp_path, capfd):
+    file = tmp_path / "plate.npy"
+    np.save(file, clouds.plate(0.2, 0.2, 0.1).points)
+    warning = "plate.npy: spheres of radius 1 mm may fall through points 4 mm apart; use at least 2.4 mm"
+    for command in ("simulate", "carry"):
+        for radius, said in (("1mm", True), ("5mm", False)):
+            stderr = call(command, file, "--radius", radius).stderr
+            assert (warning in stderr + capfd.readouterr().err) is said  # `carry` runs in a process of its own
