@@ -32,10 +32,10 @@ class OwnWorld:
     """A PyBullet world that shares no code with the backend's."""
 
     def __init__(self, cloud: Cloud):
-        import pybullet
-        from pybullet_utils.bullet_client import BulletClient
+        import pybullet as p
 
-        self.p = p = BulletClient(pybullet.DIRECT)
+        self.p = p
+        p.connect(p.DIRECT)  # the only one of this process; BulletClient would print on stdout
         p.setGravity(0, 0, -9.81)
         p.setTimeStep(1 / RATE)
         with tempfile.TemporaryDirectory() as folder:

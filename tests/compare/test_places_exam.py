@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+import trimesh
 
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.compare.places.__main__ import headings_by_hand
+from spherefunc_bullet.compare.places.putting import OwnWorld, StayCounts
 from spherefunc_bullet.errors import InputError
 
 
@@ -24,6 +28,17 @@ def test_what_is_no_table_of_headings_is_named(tmp_path, text, said):
     with pytest.raises(InputError, match=said) as error:
         headings_by_hand(file)
     assert str(file) in str(error.value)
+
+
+def test_its_own_world_prints_nothing_that_would_break_json(capfd):
+    pytest.importorskip("pybullet")
+    box = trimesh.creation.box((0.2, 0.2, 0.1))
+    cloud = cloud_from_mesh(box.vertices, box.faces, "box")
+    world, pose = OwnWorld(cloud), np.eye(4)
+    pose[2, 3] = cloud.bounds[1, 2] - cloud.bounds[0, 2] + 0.001
+    assert world.stayed(cloud, [pose]) == StayCounts(asked=1, stayed=1, touched=0)
+    world.close()
+    assert capfd.readouterr().out == ""
 
 
 def test_headings_are_read(tmp_path):
