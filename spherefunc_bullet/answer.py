@@ -53,7 +53,7 @@ class Answer:
 
     name: str  # of the object
     functions: frozenset[str]  # that it has; empty for none
-    scores: dict[str, float]  # of each function, 0 to 1; above 0.5 the object has it
+    scores: dict[str, float] = field(hash=False)  # of each function, 0 to 1; above 0.5 the object has it
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
     seconds: float = field(default=0.0, compare=False)

@@ -24,7 +24,7 @@ from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
 from ..settling.cached_runs import DropConfig
 from ..simulator import backend_names, make_simulator
-from .profiles.arrays import EARLY, FileModel, fill_early, fill_profiles, profile_parts, refusing_damage
+from .profiles.arrays import EARLY, FileModel, LostModel, fill_early, fill_profiles, profile_parts, refusing_damage
 from .profiles.forest import of_prefix
 from .profiles.profile_model import PROFILE
 
@@ -109,16 +109,24 @@ def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel
     Raises
     ------
     InputError
-        See `load_model`; or if a worker process, which gets the model by its path, finds a newer file.
+        See `load_model`; or if the file is newer than ``changed``.
     """
     if os.path.isfile(path) and path.stat().st_mtime_ns != changed:
         raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
     model = read_model(path, backend, rebuilt_for_inference)
     if isinstance(model, FileModel):
-        model.origin = (cached_model, (path, backend, changed))
+        model.origin = (model_again, (path, backend, changed))
         if model.early_ is not None:
             model.early_.origin = (getattr, (model, "early_"))
     return model
+
+
+def model_again(path: Path, backend: str | None, changed: int) -> FunctionModel | LostModel:
+    """Return the model that a pickle names by its path; if the file is gone or newer, one that cannot be used."""
+    try:
+        return cached_model(path, backend, changed)
+    except InputError as error:
+        return LostModel(error)
 
 
 def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:

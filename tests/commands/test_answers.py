@@ -7,6 +7,7 @@ import json
 import pickle
 import re
 import runpy
+import shutil
 import warnings
 
 import clouds
@@ -20,6 +21,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import as_cloud
 from spherefunc_bullet.formats.files import cache_home
+from spherefunc_bullet.learning.model_file import cached_model, shipped_model
 
 README = ROOT / "docs" / "python.md"
 TURNED = {"y": ((0, 2, 1), (1, 1, -1)), "-y": ((0, 2, 1), (1, -1, 1)), "-z": ((0, 1, 2), (1, -1, -1))}
@@ -226,6 +228,27 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
     for reason, decided in zip(answer.deciding["cup"], row["quantities"]["cup"], strict=True):
         assert (reason.function, reason.quantity, reason.value) == ("cup", decided["quantity"], decided["value"])
         assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
+
+
+def test_equal_answers_are_one_in_a_set():
+    answers = [sf.classify(shape) for shape in (clouds.mug(), clouds.mug(), clouds.plate())]
+    assert answers[0] == answers[1] != answers[2] and len(set(answers)) == 2
+
+
+@pytest.mark.parametrize("function", [None, "cup"])
+def test_a_kept_answer_is_read_without_its_model(tmp_path, function):
+    path = tmp_path / "model.npz"
+    shutil.copy(shipped_model("fast"), path)
+    answer = sf.classify(clouds.mug(), model=path, function=function)
+    sent = pickle.dumps(answer)
+    assert pickle.loads(sent).to_dict() == answer.to_dict()
+    path.unlink()
+    cached_model.cache_clear()  # as in a later process
+    again = pickle.loads(pickle.dumps(pickle.loads(sent)))
+    assert again == answer and again.reasons and again.functions == {"cup"}
+    for ask in (again.to_dict, again.plot, lambda: again.deciding):
+        with pytest.raises(sf.InputError, match="model.npz: expected a file, found none"):
+            ask()
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from operator import methodcaller
 from pathlib import Path
 from typing import Any
 
@@ -73,13 +74,27 @@ class FileModel(ProfileModel):
     def only(self, name: str) -> FileModel:
         """Return a copy for one function only."""
         alone = super().only(name)
-        alone.origin = self.origin and (FileModel.only, (self, name))
+        alone.origin = self.origin and (methodcaller("only", name), (self,))
         return alone
 
     def __copy__(self) -> FileModel:
         other = object.__new__(type(self))
         vars(other).update(vars(self) | {"origin": None})
         return other
+
+
+class LostModel:
+    """Stands for the model of a pickled answer that cannot be read any more: what needs it raises the error."""
+
+    def __init__(self, error: InputError):
+        self._error, self.early_ = error, self
+
+    def only(self, name: str) -> LostModel:
+        """Return the same."""
+        return self
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name) if name.startswith("_") else self._error
 
 
 @contextmanager
