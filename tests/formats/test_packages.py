@@ -36,6 +36,13 @@ def is_refused(path: Path) -> bool:
     return "\n" not in str(error.value) and str(error.value).startswith(path.name)
 
 
+@pytest.mark.parametrize("name", ["my mug.stl", "my%20mug.stl", "100%.stl"])
+def test_names_may_be_written_as_in_a_url_or_as_they_are(tmp_path, name):
+    write_mesh(tmp_path / "meshes" / name)
+    for written in {name, name.replace(" ", "%20")}:
+        assert len(read_geometry(write_robot(tmp_path / "a.urdf", f"meshes/{written}")).faces) == 12
+
+
 def test_a_package_without_a_name_is_none(tmp_path):
     mesh = write_mesh(tmp_path / "elsewhere" / "secret.stl")
     assert is_refused(write_robot(tmp_path / "robot" / "a.urdf", f"package://{mesh}"))

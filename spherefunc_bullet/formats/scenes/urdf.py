@@ -39,7 +39,7 @@ def find_mesh(name: str, folder: Path) -> Path | None:
     folder = folder.resolve()
     given = [Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part.strip()]
     trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *given]
-    places = _places(unquote(name), folder, trusted)
+    places = (place for spelling in (name, unquote(name)) for place in _places(spelling, folder, trusted))
     return next((target for root, inner in places if (target := inside(root / inner, [root, *trusted]))), None)
 
 
