@@ -153,7 +153,7 @@ def select(
     """Copy the objects of some sizes or licences, with their labels."""
     from shutil import copyfile
 
-    from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
+    from spherefunc_bullet.datasets.catalogue import COLUMNS, require_no_others, write_manifest
     from spherefunc_bullet.datasets.dataset import is_permissive, label_text, open_dataset
     from spherefunc_bullet.errors import InputError, one_line
     from spherefunc_bullet.formats.files import prepare_folder, writing
@@ -170,9 +170,10 @@ def select(
         wanted = " ".join(f"{word} {length}" for word, length in limits if length)
         raise InputError(f"{data}: expected objects {wanted} in extent, got none among {len(objects)}")
     prepare_folder(directory)
-    rows = []
-    for number, item in enumerate(chosen):
-        name = f"{number:04d}_{one_line(item.path.name)}"  # a manifest cannot hold every name of a file
+    # A manifest cannot hold every name of a file.
+    names, rows = [f"{number:04d}_{one_line(item.path.name)}" for number, item in enumerate(chosen)], []
+    require_no_others(directory, names)
+    for name, item in zip(names, chosen, strict=True):
         with writing(directory / name):
             copyfile(item.path, directory / name)
         also = ";".join(sorted(item.also))

@@ -6,13 +6,14 @@ A catalogue is a function of a seed that returns objects with ``name``, ``label`
 
 from __future__ import annotations
 
+import csv
 import os
 import tempfile
 from collections.abc import Callable, Iterable
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, explaining, one_line
 from ..formats.files import cache_home, write_bytes, write_csv, writing
 
 COLUMNS = ("file", "label", "also", "category", "group")
@@ -94,6 +95,27 @@ def write_catalogue(objects: Iterable, directory: str | os.PathLike, group: str)
     return write_manifest(directory, COLUMNS, rows)
 
 
+def require_no_others(directory: Path, files: Iterable[str]):
+    """Raise InputError if the manifest of a folder, which would be replaced, has other files than these."""
+    manifest = directory / "manifest.csv"
+    if not manifest.is_file():
+        return
+    with explaining(f"{manifest}: expected none, or a CSV file", OSError, UnicodeDecodeError, csv.Error, why="; "):
+        lines = manifest.read_text(encoding="utf-8-sig").splitlines()
+        others = {row.get("file") or "" for row in csv.DictReader(lines)} - {*files}
+    if others:
+        lost = f"got the labels of {len(others)} others, such as {one_line(min(others))}, which would be lost"
+        raise InputError(f"{manifest}: expected none, or one of the same files, {lost}; choose another folder")
+
+
 def write_manifest(directory: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
-    """Write ``manifest.csv`` in one step; return its path."""
+    """Write ``manifest.csv`` in one step, the file of each row first; return its path.
+
+    Raises
+    ------
+    InputError
+        If there is one with other files already, whose labels would be lost, or it cannot be written.
+    """
+    rows = list(rows)
+    require_no_others(directory, (file for file, *_ in rows))
     return write_csv(directory / "manifest.csv", columns, rows)

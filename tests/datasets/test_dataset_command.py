@@ -144,6 +144,21 @@ def test_select_copies_the_small_objects_with_their_labels(run, tmp_path):
     assert [item.category for item in open_dataset(tmp_path / "large").objects] == ["block", "chair"]
 
 
+def test_labels_of_other_files_are_not_lost(run, furniture, tmp_path):
+    (tmp_path / "mug.obj").write_text(TETRAHEDRON)
+    (tmp_path / "manifest.csv").write_text("file,label\nmug.obj,cup")
+    for arguments in (["select", tmp_path], ["import", furniture, "--all"]):
+        folder = tmp_path / arguments[0]
+        first, again = (run(arguments[0], arguments[1], folder, *arguments[2:]) for _ in range(2))
+        assert first.exit_code == again.exit_code == 0
+        manifest = folder / "manifest.csv"
+        manifest.write_text("file,label\nmine.ply,cup\n")
+        kept = {path: path.read_bytes() for path in folder.iterdir()}
+        refused = run(arguments[0], arguments[1], folder, *arguments[2:])
+        assert isinstance(refused.exception, InputError) and "1 others, such as mine.ply" in str(refused.exception)
+        assert {path: path.read_bytes() for path in folder.iterdir()} == kept
+
+
 def test_select_of_nothing_is_said(run, tmp_path):
     (tmp_path / "block.obj").write_text(TETRAHEDRON)
     (tmp_path / "manifest.csv").write_text("file,label\nblock.obj,none")
