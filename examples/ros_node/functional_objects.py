@@ -18,6 +18,7 @@ from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_arrow, fill_marker
 from spherefunc_bullet.scenes.ros.frames import matrix_of
 from spherefunc_bullet.scenes.ros.point_cloud2 import PointCloud2, points_of
 
+WAIT = 0.2  # seconds for the transform of a cloud, which often comes later than the cloud
 DELETE_ALL = 3  # of visualization_msgs/Marker: what was drawn before
 
 
@@ -50,6 +51,8 @@ def main():
         import rclpy
     except ImportError:
         sys.exit("functional_objects.py: expected the Python of a ROS 2 installation, found no rclpy in this one")
+    from rclpy.duration import Duration
+    from rclpy.executors import MultiThreadedExecutor
     from rclpy.node import Node
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from sensor_msgs.msg import PointCloud2 as Cloud
@@ -69,12 +72,12 @@ def main():
         def transform_of(self, header):
             if not self.level_frame:
                 return None
+            asked = self.level_frame, header.frame_id, header.stamp
             try:
-                known = self.frames.lookup_transform(self.level_frame, header.frame_id, header.stamp)
+                return self.frames.lookup_transform(*asked, timeout=Duration(seconds=WAIT)).transform
             except TransformException as error:
                 self.get_logger().warning(f"no way to {self.level_frame}, so gravity is looked for: {error}")
                 return None
-            return known.transform
 
         def answer(self, cloud):
             transform = self.transform_of(cloud.header)
@@ -89,7 +92,7 @@ def main():
             self.publisher.publish(MarkerArray(markers=markers))
 
     rclpy.init()
-    rclpy.spin(FunctionalObjects())
+    rclpy.spin(FunctionalObjects(), MultiThreadedExecutor())  # hears transforms while it waits for one
 
 
 if __name__ == "__main__":
