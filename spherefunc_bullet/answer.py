@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
 from .classification import Decision, classify_by_all
 from .clouds.cloud import Cloud
-from .clouds.conversion import Anything, as_cloud, holds_several
+from .clouds.conversion import Anything, as_cloud, holds_several, without_table
 from .formats.units import BY_FILE
 from .learning.model_file import models_for
 from .settling.cached_runs import CloudObject
@@ -155,7 +155,7 @@ def classify(
     Parameters
     ----------
     anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud
-        Or several of these: a list, a generator, or a dict of names to objects; see `as_cloud`.
+        Or several of these: a list, a generator, a column of a table, or a dict of names to objects; see `as_cloud`.
     units : {"m", "cm", "mm", "in", "auto"}
         Unit of the coordinates; ``auto`` guesses it and warns which it chose.
     up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
@@ -192,13 +192,11 @@ def classify(
     (['cup'], True, 'cup ')
     """
     models = models_for(model, backend, function)
-    several = holds_several(anything)
+    several = holds_several(anything := without_table(anything))
     named = isinstance(anything, Mapping)
-    items = list(anything.values() if named else anything) if several else [anything]
-    names = [f"object {number}" if several else None for number in range(len(items))]
-    answers = []
-    for item, name in zip(items, names, strict=True):
-        cloud = as_cloud(item, units=units, up=up, name=name)
+    answers, items = [], anything.values() if named else anything if several else [anything]
+    for number, item in enumerate(items):
+        cloud = as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
         started = time.perf_counter()
         answer = answer_of(cloud.name, classify_by_all(partial(target_of, cloud, cache), models), explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))

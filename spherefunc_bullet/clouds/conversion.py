@@ -64,13 +64,26 @@ def as_clouds(objects: Iterable[Anything]) -> Iterator[Cloud]:
 
     Errors name them by number.
     """
+    return (as_cloud(item, name=f"object {number}") for number, item in enumerate(listed(objects)))
+
+
+def listed(objects: Iterable[Anything]) -> Iterable[Anything]:
+    """Return several objects as they are, or a column of a table as a list; InputError for what holds only one."""
     if isinstance(objects, str | Path | Cloud | Mapping) or not isinstance(objects, Iterable):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got {type(objects).__name__}")
-    if (shape := np.shape(objects) if hasattr(objects, "shape") else ())[1:] == (1,):
-        objects = np.asarray(objects).ravel()  # a column of paths, as of a DataFrame
-    elif len(shape) == 2:
+    objects = without_table(objects)
+    if len(shape := np.shape(objects) if hasattr(objects, "shape") else ()) == 2:
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got a table of {shape[1]} columns")
-    return (as_cloud(item, name=f"object {number}") for number, item in enumerate(objects))
+    return objects
+
+
+def without_table(anything: Anything) -> Anything:
+    """Return a column of paths or other objects, as of a DataFrame, as a list; anything else unchanged."""
+    shape = np.shape(anything) if hasattr(anything, "shape") else ()
+    if len(shape) == 1 or shape[1:] == (1,):
+        column = np.asarray(anything)
+        return anything if column.dtype.names or column.dtype.kind in "biufc" else column.ravel().tolist()
+    return anything
 
 
 def geometry_of(anything: Anything, name: str) -> Geometry:
@@ -130,16 +143,15 @@ def is_mesh_pair(anything: Anything) -> bool:
 
 
 def holds_several(anything: Anything) -> bool:
-    """Return whether something is a list, a dict or a generator of objects rather than one.
+    """Return whether something is a list, a dict or another iterable of objects rather than one.
 
     Rows of numbers are the points of one object, and a tuple of vertices and faces is the mesh of one object.
     """
-    if isinstance(anything, Mapping | Iterator):
-        return True
-    if not isinstance(anything, list | tuple) or is_mesh_pair(anything):
+    one = isinstance(anything, str | bytes | Path | Cloud) or is_mesh_pair(anything)
+    if one or any(hasattr(anything, name) for name in ("shape", "vertices", "points")):
         return False
-    first = anything[0] if anything else None
-    return not (isinstance(first, list | tuple | np.ndarray) and np.ndim(first) == 1)
+    first = anything[0] if isinstance(anything, list | tuple) and anything else None
+    return isinstance(anything, Iterable) and not (isinstance(first, list | tuple | np.ndarray) and np.ndim(first) == 1)
 
 
 def warn(line: str):

@@ -8,7 +8,7 @@ from typing import Unpack
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
-from ..clouds.conversion import Anything, as_cloud
+from ..clouds.conversion import Anything, as_cloud, listed
 from ..settling.cached_runs import settle_cached
 from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
 from ..settling.settling import settle
@@ -60,7 +60,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
             The drops of each object, metres, z up, the ground at 0 (or as rows, see `Drops.rows`); or objects, on
             which spheres are dropped.
         """
-        return profiles_over([{self.radius: self._dropped(item)} for item in X], [self.radius])
+        return profiles_over([{self.radius: self._dropped(item)} for item in listed(X)], [self.radius])
 
     def _dropped(self, item: Drops | Anything) -> Drops:
         if isinstance(item, Drops):

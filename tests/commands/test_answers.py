@@ -230,6 +230,23 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
         assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
 
 
+def test_objects_are_asked_for_one_by_one():
+    order = []
+
+    def each():
+        for shape in (clouds.mug(), clouds.plate()):
+            order.append(shape.name)
+            yield shape
+
+    class Watched(sf.FunctionClassifier):
+        def read(self, drop):
+            order.append("read")
+            return super().read(drop)
+
+    model = Watched(radii=(0.01,), drops=10).fit([clouds.mug(), clouds.plate()], ["cup", "table"])
+    assert len(sf.classify(each(), model=model)) == 2 and order == ["mug", "read", "plate", "read"]
+
+
 def test_equal_answers_are_one_in_a_set():
     answers = [sf.classify(shape) for shape in (clouds.mug(), clouds.mug(), clouds.plate())]
     assert answers[0] == answers[1] != answers[2] and len(set(answers)) == 2

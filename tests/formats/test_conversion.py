@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
 from clouds import mug
 
-from spherefunc_bullet.clouds.conversion import as_cloud, as_clouds, holds_several
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.conversion import as_cloud, as_clouds, holds_several, without_table
 from spherefunc_bullet.errors import InputError
 
 
@@ -102,7 +105,28 @@ def test_a_home_folder_is_expanded(points, tmp_path, monkeypatch):
 
 
 def test_lists_dicts_and_generators_hold_several(points):
-    assert all(map(holds_several, ([points, points], (points, points), {"a": points}, iter([points]))))
+    several = [points, points], (points, points), {"a": points}, iter([points]), {"a": points}.values(), {"a.ply"}
+    assert all(map(holds_several, several))
+
+
+COLUMNS = {
+    "texts": np.array,
+    "rows of one": lambda paths: np.array(paths)[:, None],
+    "paths": lambda paths: np.array([Path(path) for path in paths]),
+    "series": lambda paths: pytest.importorskip("pandas").Series(paths),
+    "frame": lambda paths: pytest.importorskip("pandas").DataFrame({"file": paths}),
+}
+
+
+@pytest.mark.parametrize("form", COLUMNS)
+def test_a_column_of_paths_is_several_objects(form, points, tmp_path):
+    paths = [str(tmp_path / f"{name}.npy") for name in "ab"]
+    for path in paths:
+        np.save(path, points)
+    column = COLUMNS[form](paths)
+    assert holds_several(without_table(column)) and [cloud.name for cloud in as_clouds(column)] == ["a.npy", "b.npy"]
+    assert [answer.name for answer in sf.classify(column)] == ["a.npy", "b.npy"]
+    assert sf.RestingProfile(0.02, drops=5).transform(column).shape[0] == 2
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((20, 5)), np.zeros((3, 20, 2)), np.zeros(9), np.zeros(4, [("a", "f8")])])
