@@ -23,11 +23,12 @@ from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
 # Formats whose files name other files; the module of their reader has a function `named_sources` that returns them.
 NAMING = (".gltf", ".glb", ".urdf")
+LFS = "Git LFS"  # files of a few lines that stand for others, which were not fetched
 # First bytes by which a file with the wrong ending is recognised.
 _SIGNATURES = {
     b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
     b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
-    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY",
+    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY", b"version https://git-lfs": LFS,
 }  # fmt: skip
 # The module in ``formats`` and its function for each ending; imported when the first such file is read.
 READERS = {
@@ -132,7 +133,8 @@ def _require_own_signature(data: bytes, kind: str, name: str) -> None:
     expected = kind[1:].upper()
     is_binary_stl = expected == "STL" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
     if found and expected not in found and not is_binary_stl:  # a binary STL may begin with any 80 bytes
-        raise InputError(f"{name}: expected {expected}, got a {found} file; give it the ending of what it is")
+        advice = "fetch it by git lfs pull" if found == LFS else "give it the ending of what it is"
+        raise InputError(f"{name}: expected {expected}, got a {found} file; {advice}")
 
 
 @dataclass(frozen=True, eq=False)

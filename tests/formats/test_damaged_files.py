@@ -88,6 +88,8 @@ def test_empty_files(check_refused, ending):
 @pytest.mark.parametrize("ending", READERS)
 def test_files_of_another_format(check_refused, ending):
     assert "got a PNG file" in check_refused(f"chair{ending}", b"\x89PNG\r\n\x1a\n" + bytes(500))
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"
+    assert "fetch it by git lfs pull" in check_refused(f"chair{ending}", pointer)
     if ending != ".ply":
         assert "got a PLY file" in check_refused(f"chair{ending}", good("ply"))
 
