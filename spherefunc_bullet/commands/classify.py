@@ -100,13 +100,13 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
     InputError
         If a folder holds none.
     """
-    from ..datasets.dataset import SUFFIXES
+    from ..datasets.dataset import SUFFIXES, names_below
 
     for place in places:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif os.path.isdir(place):
-            files = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
+            files = [path for path in names_below(place) if path.suffix.lower() in SUFFIXES and path.is_file()]
             if not files:
                 kinds = ", ".join(sorted(SUFFIXES))
                 raise InputError(f"{place}: expected a folder with models or scans ({kinds}), found none")

@@ -131,7 +131,7 @@ def print_library(results: list[dict[str, Any]]):
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
     """Yield files; of a data set those in its manifest, of other folders URDFs or, if there are none, meshes."""
-    from ..datasets.dataset import SUFFIXES, open_dataset
+    from ..datasets.dataset import SUFFIXES, names_below, open_dataset
 
     for file in files:
         if not file.is_dir():
@@ -140,7 +140,7 @@ def objects_in(files: list[Path]) -> Iterator[Path]:
         if (file / "manifest.csv").is_file():
             yield from (item.path for item in open_dataset(file).objects)
             continue
-        inside = sorted(path for path in file.rglob("*") if path.is_file())
+        inside = [path for path in names_below(file) if path.is_file()]
         found = [path for path in inside if path.suffix.lower() == ".urdf"]
         found = found or [path for path in inside if path.suffix.lower() in SUFFIXES]
         if not found:

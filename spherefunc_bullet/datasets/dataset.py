@@ -219,7 +219,7 @@ def read_label_folders(folder: Path) -> Dataset:
     objects = []
     for label in folders_in(folder):
         folders_in(label)  # one that cannot be read has no files for rglob
-        files = sorted(path for path in label.rglob("*") if path.suffix.lower() in SUFFIXES)
+        files = [path for path in names_below(label) if path.suffix.lower() in SUFFIXES]
         functions = parse_functions(label.name) if files else frozenset()
         objects += [DatasetObject(path=path, functions=functions, category=label.name) for path in files]
     if not objects:
@@ -232,9 +232,15 @@ def read_label_folders(folder: Path) -> Dataset:
 
 
 def folders_in(folder: Path) -> list[Path]:
-    """Return the folders in a folder, sorted, or raise InputError if it cannot be read."""
+    """Return the folders in a folder that are not hidden, sorted, or raise InputError if it cannot be read."""
     with explaining(f"{folder}: expected a folder that can be read", OSError, why="; "):
-        return sorted(path for path in folder.iterdir() if path.is_dir())
+        return sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+
+
+def names_below(folder: Path) -> list[Path]:
+    """Return what is below a folder, sorted, without hidden files and folders, as macOS and notebooks leave them."""
+    below = sorted(folder.rglob("*"))
+    return [path for path in below if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
 
 
 def parse_shard(text: str | None) -> tuple[int, int]:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from spherefunc_bullet.commands.classify import listed_files
+from spherefunc_bullet.commands.shapes import objects_in
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, open_dataset, parse_functions
 from spherefunc_bullet.errors import InputError
 
@@ -118,6 +120,17 @@ def test_link_that_leads_out_is_refused(write, tmp_path):
 def test_missing_files_are_each_object_s_own_failure(write):
     """Opening looks at no model: a file that is missing fails when it is simulated, and the rest goes on."""
     assert len(open_dataset(write("file,label\ngone.ply,cup\nalso_gone.ply,none\n"))) == 2
+
+
+def test_hidden_files_and_folders_are_no_objects(tmp_path):
+    files = "cup/a.ply", "cup/more/b.obj", "cup/._a.ply", ".ipynb_checkpoints/a.ply", "cup/.git/c.stl", "__MACOSX/._a.ply"
+    for file in files:
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text("o")
+    dataset = open_dataset(tmp_path)
+    assert [str(item.path.relative_to(tmp_path)) for item in dataset.objects] == ["cup/a.ply", "cup/more/b.obj"]
+    assert dataset.functions == ("cup",) and [*listed_files([tmp_path])] == [*objects_in([tmp_path])] != []
+    assert [*listed_files([tmp_path / ".ipynb_checkpoints"])] == [tmp_path / ".ipynb_checkpoints" / "a.ply"]
 
 
 def test_folders_named_for_their_label(tmp_path):
