@@ -18,11 +18,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from spherefunc_bullet.commands.carry import carried_file
 from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.commands.simulate import drop_on_file
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.units import parse_lengths
 from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.simulator import DropSettings, make_simulator
+from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SIMULATE_FIELDS = {
@@ -574,11 +578,13 @@ def test_wrong_usage_is_no_traceback(call):
         assert done.returncode == 2 and done.stdout == "" and "Traceback" not in done.stderr
 
 
-def test_spheres_that_fall_between_points_are_named(call, tmp_path, capfd):
+@pytest.mark.parametrize(("radius", "named"), [(0.001, True), (0.005, False)])
+def test_spheres_that_fall_between_points_are_named(tmp_path, capsys, radius, named):
+    pytest.importorskip("pybullet")
     file = tmp_path / "plate.npy"
     np.save(file, clouds.plate(0.2, 0.2, 0.1).points)
     warning = "plate.npy: spheres of radius 1 mm may fall through points 4 mm apart; use at least 2.4 mm"
-    for command in ("simulate", "carry"):
-        for radius, said in (("1mm", True), ("5mm", False)):
-            stderr = call(command, file, "--radius", radius).stderr
-            assert (warning in stderr + capfd.readouterr().err) is said  # `carry` runs in a process of its own
+    drop_on_file(file, make_simulator("fast"), [DropSettings(radius=radius)], 0, "z", "m")
+    assert (warning in capsys.readouterr().err) is named
+    carried_file(file, make_simulator("bullet"), CarrySettings(radius=radius), 0, "z", "m")
+    assert (warning in capsys.readouterr().err) is named

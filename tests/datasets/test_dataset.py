@@ -123,14 +123,14 @@ def test_missing_files_are_each_object_s_own_failure(write):
 
 
 def test_hidden_files_and_folders_are_no_objects(tmp_path):
-    files = "cup/a.ply", "cup/more/b.obj", "cup/._a.ply", ".ipynb_checkpoints/a.ply", "cup/.git/c.stl", "__MACOSX/._a.ply"
-    for file in files:
+    kept, hidden = ("cup/a.ply", "cup/more/b.obj"), ("cup/._a.ply", "cup/.git/c.stl", ".cups/a.ply", "__MACOSX/._a.ply")
+    for file in kept + hidden:
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).write_text("o")
     dataset = open_dataset(tmp_path)
-    assert [str(item.path.relative_to(tmp_path)) for item in dataset.objects] == ["cup/a.ply", "cup/more/b.obj"]
+    assert [str(item.path.relative_to(tmp_path)) for item in dataset.objects] == [*kept]
     assert dataset.functions == ("cup",) and [*listed_files([tmp_path])] == [*objects_in([tmp_path])] != []
-    assert [*listed_files([tmp_path / ".ipynb_checkpoints"])] == [tmp_path / ".ipynb_checkpoints" / "a.ply"]
+    assert [*listed_files([tmp_path / ".cups"])] == [tmp_path / ".cups" / "a.ply"]
 
 
 def test_folders_named_for_their_label(tmp_path):
