@@ -122,6 +122,11 @@ def test_code_is_compiled_each_time_where_no_folder_for_it_can_be_written(kernel
     assert not any(tmp_path.glob("kernels/__pycache__/*"))
 
 
+def test_code_is_compiled_each_time_where_the_disk_is_full(kernels):
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "  # no file may get any content
+    assert [kernels(code=full + RUN) for _ in range(2)] == [(5, False)] * 2
+
+
 def test_every_file_with_kernels_has_them_kept_so():
     for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
         for file in (REPOSITORY / folder).rglob("*.py"):
