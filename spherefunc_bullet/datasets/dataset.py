@@ -10,7 +10,7 @@ import csv
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -41,7 +41,7 @@ class Dataset:
     """Labelled objects, in the order of the manifest."""
 
     name: str
-    objects: tuple[DatasetObject, ...]
+    objects: tuple[DatasetObject, ...] = field(repr=False)
     folder: Path | None = None  # that contains the files of the objects
 
     def __post_init__(self):
