@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, explaining
+from ..errors import InputError, attempt, explaining
 from ..formats.files import require_file, require_place, write_bytes
 from ..formats.npz import Archive
 from ..function_model import FunctionModel, require_bounds
@@ -72,6 +72,8 @@ def save_model(model: CloudClassifier, path: str | Path):
     """
     from .cube_classifier import CubeClassifier, cube_parts
 
+    if not hasattr(model, "require_fitted"):
+        raise InputError(f"model: expected a FunctionClassifier or CubeClassifier, got {type(model).__name__}")
     model.require_fitted()
     require_bounds(model.radii, model.run_limit.drops, path)
     simulator = make_simulator(model.simulator)
@@ -87,13 +89,13 @@ def save_model(model: CloudClassifier, path: str | Path):
         "random_state": model.random_state,
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
     }
-    if model.columns_ is not None:
-        about["columns"] = list(model.columns_)
+    about |= {"columns": list(model.columns_)} if model.columns_ else {}
     arrays = {"members": model.members_, "names": np.array(model.names_)}
     more, parts = cube_parts(model) if isinstance(model, CubeClassifier) else profile_parts(model)
     require_place(Path(path))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, about=np.array(json.dumps(about | more)), **arrays, **parts)
+    with explaining(f"{path}: expected a random_state that is a number or None, to be saved", TypeError):
+        header, buffer = json.dumps(about | more, default=np.generic.item), io.BytesIO()
+    np.savez_compressed(buffer, about=np.array(header), **arrays, **parts)
     write_bytes(Path(path), buffer.getvalue())
 
 
@@ -123,10 +125,8 @@ def cached_model(path: Path, backend: str | None, changed: int) -> FunctionModel
 
 def model_again(path: Path, backend: str | None, changed: int) -> FunctionModel | LostModel:
     """Return the model that a pickle names by its path; if the file is gone or newer, one that cannot be used."""
-    try:
-        return cached_model(path, backend, changed)
-    except InputError as error:
-        return LostModel(error)
+    found = attempt(cached_model, (path, backend, changed))
+    return LostModel(found) if isinstance(found, InputError) else found
 
 
 def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:

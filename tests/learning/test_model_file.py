@@ -7,8 +7,10 @@ import os
 import pickle
 import shutil
 
+import clouds
 import numpy as np
 import pytest
+from sklearn.pipeline import make_pipeline
 from sklearn.tree import DecisionTreeClassifier
 from test_classifier import collection, fitted
 
@@ -27,6 +29,7 @@ from spherefunc_bullet.learning.model_file import (
 )
 from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
 from spherefunc_bullet.learning.profiles.quantities import NAMES
+from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -136,6 +139,18 @@ def test_a_model_written_while_others_ask_it_is_not_mixed_up(tmp_path):
     cached_model.cache_clear()  # as in a process that has not read it yet
     with pytest.raises(InputError, match="written since"):
         pickle.loads(sent).drop_config()
+
+
+def test_numbers_of_numpy_are_saved_and_what_cannot_be_is_named(tmp_path):
+    how = {"radii": (0.02,), "estimator": PlainForest(2), "drops": np.int64(5), "seed": np.int64(2)}
+    model = FunctionClassifier(**how, random_state=np.int64(3)).fit([clouds.mug(), clouds.plate()], ["cup", "table"])
+    save_model(model, tmp_path / "model.npz")
+    again = load_model(tmp_path / "model.npz")
+    assert (again.drops, again.seed, again.random_state) == (5, 2, 3)
+    with pytest.raises(InputError, match="x.npz: expected a random_state that is a number or None"):
+        save_model(model.set_params(random_state=np.random.RandomState(0)), tmp_path / "x.npz")
+    with pytest.raises(InputError, match="expected a FunctionClassifier or CubeClassifier, got Pipeline"):
+        save_model(make_pipeline(model), tmp_path / "x.npz")
 
 
 @pytest.mark.parametrize("name", METHODS)
