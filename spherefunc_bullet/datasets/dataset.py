@@ -158,7 +158,7 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
     file, label = (row["file"] or "").strip(), (row["label"] or "").strip()
     where = f"{manifest}, line {line}"
     if not file or not label:
-        raise InputError(f"{where}: expected a file and a label, got {file!r} and {label!r}")
+        raise InputError(f"{where}: expected a file and a label, such as cup or none, got {file!r} and {label!r}")
     if any(more := row.get(None, [])):
         raise InputError(f"{where}: expected a value for each column, got {more[0]!r} too; separate functions by ;")
     path = manifest.parent / file
@@ -195,10 +195,10 @@ def parse_functions(text: str) -> frozenset[str]:
     Raises
     ------
     InputError
-        If it holds a comma, which would make one function of two.
+        If it holds a comma, which would make one function of two, or is a list or set of Python.
     """
-    if "," in text:
-        raise InputError(f"label {text!r}: expected functions separated by ; instead of a comma")
+    if re.search(r"[,\[{]", text):
+        raise InputError(f"label {text!r}: expected functions separated by ;, without commas and brackets")
     names = (name.strip() for name in text.split(";"))
     return frozenset(name for name in names if name.lower() not in ("", NONE))
 

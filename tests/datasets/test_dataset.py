@@ -95,6 +95,8 @@ def test_manifest_by_its_own_path(write):
         ("file,label\na.ply\n", "line 2: expected a file and a label"),
         ("file,label\na.ply,cup\n,cup\n", "line 3: expected a file and a label"),
         ("file,label\na.ply, \n", "line 2: expected a file and a label"),
+        ("file,label\na.ply,['cup']\n", "line 2: label .*expected functions separated by ;, without"),
+        ("file,label\na.ply,{'cup'}\n", "line 2: label .*expected functions separated by ;, without"),
         ("file,label\na.ply,cup,table\n", "line 2: expected a value for each column, got 'table' too"),
         ("file,label,label\na.ply,cup,table\n", "columns file and label, separated by commas, got file, label, label"),
         ('file,label,notes\na.ply,cup,"old\nb.ply,none,\n', "every quote closed; unexpected end of data"),
