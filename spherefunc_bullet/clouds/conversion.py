@@ -119,7 +119,8 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
         masked = np.ma.asarray(points, dtype=np.float64) if np.ma.isMaskedArray(points) else None
         array = np.asarray(points, dtype=np.float64) if masked is None else masked.filled(np.nan)
     if array.ndim not in (2, 3) or array.shape[-1] not in BESIDE:
-        raise InputError(f"{name}: expected {EXPECTED}, got an array of shape {array.shape}")
+        came = f"an array of shape {array.shape}" if array.ndim else repr(points)
+        raise InputError(f"{name}: expected {EXPECTED}, got {came}")
     return array.reshape(-1, array.shape[-1])[:, :3]
 
 

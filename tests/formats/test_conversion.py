@@ -98,6 +98,12 @@ def test_a_data_frame_is_read_by_the_names_of_its_columns(points):
     assert np.array_equal(as_cloud(frame).points, as_cloud(points).points)
 
 
+@pytest.mark.parametrize("gap", [None, float("nan")])
+def test_a_gap_in_a_column_is_named(gap, points):
+    with pytest.raises(InputError, match=f"object 1: expected a path, .* got {gap}"):
+        sf.classify([points, gap])
+
+
 def test_a_home_folder_is_expanded(points, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     np.savez(tmp_path / "mug.npz", points=points)
