@@ -25,6 +25,8 @@ POSSIBLE = 0.2  # least score of a completed view at which the unseen side may d
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS_OVER = "it would fall over when put down like this; an object that would fall over has no function"
 LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
+OPEN = "spheres stay in it as in a cup, but water would run out where no surface was seen"
+HOLE_SEEN = "at least half of its bottom was seen, so it probably has a hole"
 NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
 SPIKY = 1 / 3  # of a part: 1/4 and 2/5 exclude the same copies in use and seats with spikes (docs/studies.md)
 SPIKES = "spheres stay on it as on a seat, but it is full of spikes"
@@ -59,6 +61,21 @@ class DropTarget(Protocol):
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return the result of ``count`` for the cloud; it may be cached under this name."""
         ...
+
+
+def mesh_leaks(cloud: Cloud) -> bool:
+    """Return whether water runs out of an object through a hole; False without a mesh."""
+    return cloud.mesh is not None and loses_water(cloud)
+
+
+def points_leak(cloud: Cloud) -> bool:
+    """Return whether water would run out between the points of an object that has no mesh."""
+    return cloud.mesh is None and loses_water(cloud)
+
+
+def bottom_was_seen(cloud: Cloud) -> bool:
+    """Return whether points lie low within half of an object's outline: its underside, or the floor of a vessel."""
+    return not looks_like_one_view(cloud)
 
 
 def has_no_place_to_sit(cloud: Cloud) -> bool:
@@ -96,7 +113,12 @@ class UseCheck:
 
 
 USE_CHECKS = (
-    UseCheck(name="leaks", function=CUP, fails=loses_water, doubt=LEAKS, excludes=True),
+    UseCheck(name="leaks", function=CUP, fails=mesh_leaks, doubt=LEAKS, excludes=True),
+    # A scan from above may not show the bottom of a cup, so this is only a doubt.
+    UseCheck(name="points_leak", function=CUP, fails=points_leak, doubt=OPEN, excludes=False),
+    UseCheck(
+        name="hole_seen", function=CUP, fails=bottom_was_seen, doubt=HOLE_SEEN, excludes=True, after="points_leak"
+    ),
     # A seat on which a bag lies may have no place to sit and is still a seat, so this is only a doubt.
     UseCheck(name="no_place_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
     UseCheck(

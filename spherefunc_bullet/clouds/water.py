@@ -117,12 +117,12 @@ def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:
 
 
 def leaks(cloud: Cloud, centers: np.ndarray) -> bool:
-    """Return whether water runs out of a vessel in which spheres stay, through a hole too small for them.
+    """Return whether water runs out of a vessel in which spheres stay, through a hole that may be too small for them.
 
     Parameters
     ----------
     cloud : Cloud
-        With a mesh, since points do not show holes smaller than their spacing.
+        Without a mesh, holes smaller than the distances between points are closed; see `OF_CLOUDS`.
     centers : (S, 3) float64
         Where spheres rest in it, metres.
     """
@@ -130,6 +130,8 @@ def leaks(cloud: Cloud, centers: np.ndarray) -> bool:
         for water in waters_of(cloud, count)[:1]:
             if share_under_water(water.origin, water.cell, water.cells, centers) >= UNDER_WATER:
                 return False
+    if cloud.mesh is None:
+        return True
     # Water also leaves through cracks between two parts of a mesh; grains do not.
     from .flooding import basin_of  # imports SciPy, which few objects need
 

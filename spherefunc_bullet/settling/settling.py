@@ -49,12 +49,10 @@ def checked_radii(radii: Sequence[float]) -> tuple[float, ...]:
 
 
 def loses_water(cloud: Cloud) -> bool:
-    """Return whether water runs out of an object where small spheres stay in it; False without a mesh.
+    """Return whether water runs out of an object where small spheres stay in it.
 
     The spheres only show where a vessel would hold water, so ``fast`` drops them, whatever the simulator.
     """
-    if cloud.mesh is None:
-        return False
     from ..clouds.water import leaks  # needed for cups only
 
     simulator = make_simulator("fast")

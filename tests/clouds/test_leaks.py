@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.classification import LEAKS
+from spherefunc_bullet.classification import HOLE_SEEN, LEAKS, OPEN
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.clouds.water import Water, leaks, share_under_water, waters_of
 from spherefunc_bullet.commands.command_line import main
@@ -177,3 +177,35 @@ def test_an_evaluation_scores_a_cup_that_leaks_as_none_and_unsure():
 def test_a_fitted_estimator_says_the_same():
     whole, holed = load_model(shipped_model("fast")).predict_proba([cup(), cup(0.007)])
     assert whole[0] > 0.9 and holed[0] == 0
+
+
+def sampled(mesh: trimesh.Trimesh, missing: np.ndarray | None = None, count: int = 20_000) -> np.ndarray:
+    """Return points (N, 3) at random on a mesh, without those in a box ``missing`` (2, 3), metres."""
+    points = trimesh.sample.sample_surface(mesh, count, seed=0)[0]
+    return points if missing is None else points[~((points > missing[0]) & (points < missing[1])).all(axis=1)]
+
+
+INSIDE = RADIUS - WALL
+
+
+@pytest.mark.parametrize(
+    ("missing", "is_cup", "doubt"),
+    [
+        (None, True, None),
+        ([[0, -INSIDE, -0.001], [INSIDE, INSIDE, 2 * WALL]], False, HOLE_SEEN),  # half of the bottom
+        ([[-INSIDE, -INSIDE, -0.001], [INSIDE, INSIDE, 2 * WALL]], True, OPEN),  # all of it: a scan may not show it
+    ],
+)
+@pytest.mark.parametrize("backend", ["fast", "bullet"])
+def test_points_of_a_cup_are_sure_if_water_stays_between_them(missing, is_cup, doubt, backend):
+    """Of a cup without a bottom, seen from above and from all sides, nobody knows whether it has one."""
+    answer = sf.classify(sampled(cup(), None if missing is None else np.array(missing)), backend=backend)
+    assert ("cup" in answer.functions) == is_cup, answer.reasons
+    surely_none = answer.scores["cup"] > 0  # by the spheres alone, as `bullet` says of half a bottom
+    assert (doubt in answer.reasons) != (doubt is None or (surely_none and not is_cup))
+
+
+@pytest.mark.parametrize("spacing", [0.002, 0.004, 0.006])
+def test_water_does_not_run_out_between_sparse_points(spacing):
+    cloud = Cloud(sampled(cup(), count=int(2.4 * cup().area / spacing**2 / 2)), "cup")
+    assert not leaks(cloud, filled())

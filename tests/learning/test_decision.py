@@ -32,6 +32,7 @@ from spherefunc_bullet.settling.drops import FEW, RunLimit
 RADIUS = 0.02
 REASON, DOUBT = "it is so", "it may be otherwise"
 A_LITTLE = 1e-3
+CUP_CHECKS = ("leaks", "points_leak")
 SEAT_CHECKS = ("no_place_to_sit", "spikes")
 
 
@@ -111,13 +112,15 @@ def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
 @pytest.mark.parametrize(
     ("scores", "true", "functions", "asked"),
     [
-        ({"cup": 0.9, "seat": 0.9}, [], {"cup", "seat"}, ["falls_over", "leaks"]),
-        ({"cup": 0.9, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over", "leaks"]),
+        ({"cup": 0.9, "seat": 0.9}, [], {"cup", "seat"}, ["falls_over", *CUP_CHECKS]),
+        ({"cup": 0.9, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over", *CUP_CHECKS]),
+        ({"cup": 0.9}, ["points_leak"], {"cup"}, ["falls_over", *CUP_CHECKS, "hole_seen"]),
+        ({"cup": 0.9, "seat": 0.9}, ["points_leak", "hole_seen"], {"seat"}, ["falls_over", *CUP_CHECKS, "hole_seen"]),
         ({"cup": 0.9, "seat": 0.9}, ["falls_over", "leaks"], set(), ["falls_over", "one_view", "lies"]),
         ({"cup": 0.1, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over"]),
         ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "lies"]),
-        ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", "leaks"]),
-        ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", "leaks", "no_place_to_sit"]),
+        ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", *CUP_CHECKS]),
+        ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", *CUP_CHECKS, "no_place_to_sit"]),
         ({"cup": 0.1, "sittable": 0.9}, ["no_place_to_sit"], {"sittable"}, ["falls_over", *SEAT_CHECKS]),
         ({"sittable": 0.9}, SEAT_CHECKS, set(), ["falls_over", *SEAT_CHECKS, "one_view", "lies"]),
         ({"sittable": 0.9}, ["spikes"], {"sittable"}, ["falls_over", "no_place_to_sit"]),

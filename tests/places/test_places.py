@@ -167,10 +167,10 @@ def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
     assert not failed_uses({"table"}, lambda name, check: check(cloud))
 
 
-def stool_with(*things: tuple[np.ndarray, np.ndarray]) -> Cloud:
+def stool_with(*bodies: tuple[np.ndarray, np.ndarray]) -> Cloud:
     """Return a stool, its top of 40 x 40 cm at z = 0.45, with meshes on it."""
     top = boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.1, -0.1, 0, 0.1, 0.1, 0.42))
-    return cloud_from_mesh(*joined(top, *things))
+    return cloud_from_mesh(*joined(top, *bodies))
 
 
 def rods(pitch: float, thick: float, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -182,7 +182,7 @@ def rods(pitch: float, thick: float, heights: np.ndarray) -> tuple[np.ndarray, n
 
 
 @pytest.mark.parametrize(
-    "things, spiky",
+    "bodies, spiky",
     [
         ([rods(0.05, 0.03, np.array([0.12]))], True),
         ([rods(0.04, 0.025, np.array([0.05, 0.2, 0.1]))], True),
@@ -191,8 +191,8 @@ def rods(pitch: float, thick: float, heights: np.ndarray) -> tuple[np.ndarray, n
         ([boxes(*[(x, -0.2, 0.45, x + 0.1, 0.2, 0.45 + z) for x, z in ((-0.2, 0.3), (0.1, 0.2))])], False),
     ],
 )
-def test_a_seat_is_full_of_spikes_but_not_of_things(things, spiky):
-    assert is_full_of_spikes(stool_with(*things)) == spiky
+def test_a_seat_is_full_of_spikes_but_not_of_things(bodies, spiky):
+    assert is_full_of_spikes(stool_with(*bodies)) == spiky
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():
