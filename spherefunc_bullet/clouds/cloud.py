@@ -49,6 +49,7 @@ class Cloud:
     points: np.ndarray  # (N, 3) float64, metres
     name: str = "cloud"
     mesh: Mesh | None = None
+    unfilled: float = 0.0  # metres to a point's sixth neighbour before gaps were filled; 0: they were not
 
     def __post_init__(self):
         object.__setattr__(self, "points", _require_points(self.points, self.name))

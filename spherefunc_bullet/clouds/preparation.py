@@ -161,14 +161,15 @@ def filled(cloud: Cloud) -> Cloud:
     if cloud.mesh is not None or not NEIGHBORS[1] < len(cloud) <= MANY:
         return cloud
     some = cloud.points[:: max(1, len(cloud) // LOOKED_AT)]
-    if np.median(cloud.tree.query(some, NEIGHBORS[0] + 1)[0][:, -1]) < SPARSE:
+    apart = float(np.median(cloud.tree.query(some, NEIGHBORS[0] + 1)[0][:, -1]))
+    if apart < SPARSE:
         return cloud
     from .thinning import one_per_cell  # compiled kernels, which cached results do not need
 
     triangles = cloud.points[neighbouring(cloud.points, cloud.tree)]
     more = on_triangles(triangles)
     more = one_per_cell(more, PITCH, corners_of(more)) if len(more) else more
-    return Cloud(placed(np.concatenate([cloud.points, more])), cloud.name)
+    return Cloud(placed(np.concatenate([cloud.points, more])), cloud.name, unfilled=apart)
 
 
 def neighbouring(points: np.ndarray, tree: cKDTree) -> np.ndarray:

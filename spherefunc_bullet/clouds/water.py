@@ -93,7 +93,7 @@ def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float
 
 def wall_of(cloud: Cloud) -> float:
     """Return how near to a point of a cloud is wall, metres; 0 with a mesh, whose walls have no thickness."""
-    return 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.to_neighbour(SIXTH)
+    return 0.0 if cloud.mesh is not None else OF_CLOUDS * (cloud.unfilled or cloud.to_neighbour(SIXTH))
 
 
 def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:

@@ -162,8 +162,8 @@ class CloudObject:
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return the result of ``check`` for the cloud, cached under this name if results are cached."""
         if not self.cache:
-            return check(self.raw_cloud)
-        return cached_check(cloud_hash(self.raw_cloud), name, lambda: check(self.raw_cloud))
+            return check(self.cloud())
+        return cached_check(self.drop_config.cloud_hash(cloud_hash(self.raw_cloud)), name, lambda: check(self.cloud()))
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return the result of ``count`` for the cloud."""
