@@ -28,6 +28,7 @@ LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a 
 OPEN = "spheres stay in it as in a cup, but water would run out where no surface was seen"
 HOLE_SEEN = "at least half of its bottom was seen, so it probably has a hole"
 NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
+SLOPING = "none of it is level over a hand's breadth at the height of a seat"
 SPIKY = 1 / 3  # of a part: 1/4 and 2/5 exclude the same copies in use and seats with spikes (docs/studies.md)
 SPIKES = "spheres stay on it as on a seat, but it is full of spikes"
 NOTHING_SETTLED = (
@@ -79,16 +80,24 @@ def bottom_was_seen(cloud: Cloud) -> bool:
 
 
 def has_no_place_to_sit(cloud: Cloud) -> bool:
-    """Return whether `places` finds no place to sit on an object; False without a mesh.
-
-    If no place is found among the points of a sensor, they are more often too rough or too few than there is none.
-    """
-    if cloud.mesh is None:
-        return False
-    from .places.regions import seat_surface  # needed for seats only
+    """Return whether `places` finds no place to sit on an object."""
+    from .places.regions import seat_surface, without_strays  # needed for seats only
     from .places.sitting import sit_places
 
-    return not sit_places(seat_surface(cloud), sittable=1.0)
+    return not sit_places(seat_surface(without_strays(cloud)), sittable=1.0)
+
+
+def is_nowhere_level(cloud: Cloud) -> bool:
+    """Return whether no points of an object are level over a hand's breadth at the height of a seat; False for a mesh.
+
+    A bag on the seat of a mesh may leave less than that.
+    """
+    if cloud.mesh is not None:
+        return False
+    from .places.regions import HAND, level_breadth, surface_of, without_strays
+    from .places.sitting import HIGH_SEAT, SEAT_HEIGHTS, STEEPEST_DEG
+
+    return level_breadth(surface_of(without_strays(cloud)), STEEPEST_DEG, SEAT_HEIGHTS[0], HIGH_SEAT) < HAND
 
 
 def is_full_of_spikes(cloud: Cloud) -> bool:
@@ -123,6 +132,14 @@ USE_CHECKS = (
     UseCheck(name="no_place_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
     UseCheck(
         name="spikes", function=SITTABLE, fails=is_full_of_spikes, doubt=SPIKES, excludes=True, after="no_place_to_sit"
+    ),
+    UseCheck(
+        name="nowhere_level",
+        function=SITTABLE,
+        fails=is_nowhere_level,
+        doubt=SLOPING,
+        excludes=True,
+        after="no_place_to_sit",
     ),
 )
 

@@ -20,7 +20,7 @@ from ..simulator.proofs import PourUse, ProofResult, ProofSettings, PutUse, SitU
 from .place import IDENTITY, Place, Proof, Similarity, similarity_between
 from .pouring import pour_places
 from .putting import LOWEST, put_places
-from .regions import seat_surface, surface_of
+from .regions import seat_surface, surface_of, without_strays
 from .shelves import shelf_places
 from .sitting import sit_places
 
@@ -50,6 +50,7 @@ def places_of(
     only : {"sit", "put", "pour"}, optional
         The kind that is searched for; by default all.
     """
+    cloud = without_strays(cloud)
     surface = surface_of(cloud)
     known = {} if scores is None else scores
     sittable = known.get("sittable", UNKNOWN)

@@ -11,7 +11,8 @@ from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
 
 CELL = 0.01  # metres
-COARSE = 2.0  # spacings of a cloud's points: the least side of a cell
+SIXTH, COARSE = 6, 1.4  # the least side of a cell of a cloud: in distances to the sixth neighbour
+STRAY = 3.0  # such distances, from which on a point is a stray one
 ACROSS = 400  # cells at most
 
 
@@ -41,14 +42,23 @@ def surface_of(cloud: Cloud, cell: float = CELL) -> HeightMap:
     """
     rough, least = 0.002, cell
     if cloud.mesh is None:
-        spacing = cloud.spacing
-        least, rough = max(cell, COARSE * spacing), 0.004 + 0.3 * spacing
+        apart = cloud.to_neighbour(SIXTH)
+        least, rough = max(cell, COARSE * apart), 0.004 + 0.2 * apart
     side = max(least, float(cloud.size[:2].max()) / ACROSS)
     origin = cloud.bounds[0, :2] - 2 * side
     shape = np.ceil((cloud.bounds[1, :2] - origin) / side).astype(int) + 2
     heights = np.full(shape, -np.inf)
     raise_to(cloud.points, origin, side, heights)
     return HeightMap(origin, side, heights, rough)
+
+
+def without_strays(cloud: Cloud) -> Cloud:
+    """Return a cloud without its stray points, each of which would be the highest of its cell; a mesh has none."""
+    if cloud.mesh is not None:
+        return cloud
+    apart = cloud.tree.query(cloud.points, SIXTH + 1)[0][:, SIXTH]
+    near = apart < STRAY * np.median(apart)
+    return cloud if near.all() else Cloud(cloud.points[near], cloud.name, unfilled=cloud.unfilled)
 
 
 @njit(cache=True, error_model="numpy")
@@ -169,6 +179,19 @@ def spiky_share(surface: HeightMap) -> float:
     if count == 0:
         return 0.0
     return float(np.mean(apart[labels == 1 + np.argmax(np.bincount(labels.ravel())[1:])] > FINGER))
+
+
+def level_breadth(surface: HeightMap, slope_deg: float, lowest: float, highest: float) -> float:
+    """Return how broad the largest disc is on a surface between two heights that is no steeper than a slope, metres.
+
+    The slope is that of the medians of half a hand's breadth, from which cells differ by less than twice `FINGER`.
+    """
+    heights = np.where(np.isfinite(surface.heights), surface.heights, 0.0)
+    medians = ndimage.median_filter(heights, across_hand(surface) // 2 + 1)
+    slopes = np.hypot(*np.gradient(ndimage.uniform_filter(medians, 3), surface.cell))
+    level = (slopes <= np.tan(np.radians(slope_deg))) & (np.abs(heights - medians) < 2 * FINGER)
+    level &= (medians > lowest) & (medians < highest)
+    return 2 * surface.cell * float(ndimage.distance_transform_edt(np.pad(level, 1)).max() - 0.5)
 
 
 def seat_surface(cloud: Cloud, fine: HeightMap | None = None) -> HeightMap:

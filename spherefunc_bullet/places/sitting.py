@@ -29,7 +29,8 @@ ZONES = (
     (-0.10, 0.25, 0.20, 0.38),
 )
 SOFT = 0.05  # metres by which a seat may differ from the level under the pelvis
-STEEPEST = np.tan(np.radians(16.0))
+STEEPEST_DEG = 16.0
+STEEPEST = np.tan(np.radians(STEEPEST_DEG))
 ROUGHEST = 0.018  # metres, standard deviation of a seat about its plane
 STEP = 0.025  # metres between samples of a zone
 OF_WHOLE = 0.3  # share of the score of a heading that all cells of the seat determine together
