@@ -33,7 +33,7 @@ RADIUS = 0.02
 REASON, DOUBT = "it is so", "it may be otherwise"
 A_LITTLE = 1e-3
 CUP_CHECKS = ("leaks", "points_leak")
-SEAT_CHECKS = ("no_place_to_sit", "spikes")
+SEAT_CHECKS = ("no_place_to_sit", "spikes", "nowhere_level")
 
 
 class Model(FunctionModel):

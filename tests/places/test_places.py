@@ -17,7 +17,7 @@ from commands import spherefunc
 
 import spherefunc_bullet as sf
 import spherefunc_bullet.places.finding as finding
-from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit, is_full_of_spikes
+from spherefunc_bullet.classification import failed_uses, has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
@@ -163,7 +163,8 @@ def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
     assert bool(sit_places(seat_surface(cloud), sittable=1.0)) == sat
     failed = failed_uses({"sittable"}, lambda name, check: check(cloud))
     assert [use.name for use in failed] == ["no_place_to_sit", "spikes"] * (not sat)
-    assert not failed_uses({"sittable"}, lambda name, check: check(Cloud(cloud.points)))
+    failed = failed_uses({"sittable"}, lambda name, check: check(Cloud(cloud.points)))
+    assert [use.name for use in failed] == ["no_place_to_sit", "nowhere_level"] * (not sat)
     assert not failed_uses({"table"}, lambda name, check: check(cloud))
 
 
@@ -193,6 +194,34 @@ def rods(pitch: float, thick: float, heights: np.ndarray) -> tuple[np.ndarray, n
 )
 def test_a_seat_is_full_of_spikes_but_not_of_things(bodies, spiky):
     assert is_full_of_spikes(stool_with(*bodies)) == spiky
+
+
+def chair_points(bend: str = "", count: int = 8_000) -> np.ndarray:
+    """Return points (N, 3) at random on a chair whose seat is level, or a ``roof`` or a ``slope`` of 35 degrees."""
+    points = trimesh.sample.sample_surface(trimesh.Trimesh(*CHAIR, process=False), count, seed=0)[0]
+    points[:, 2] -= points[:, 2].min()
+    seat = np.abs(points[:, 2] - 0.44) < 0.03
+    off = points[seat, 1] - points[:, 1].mean()
+    rise = {"": 0.0, "roof": -np.abs(off), "slope": off}[bend]
+    points[seat, 2] += np.tan(np.radians(35)) * rise
+    return points
+
+
+@pytest.mark.parametrize("count", [3_000, 8_000, 30_000])
+def test_points_at_random_on_a_chair_have_a_place_to_sit_also_among_stray_ones(count):
+    """Half of the cells as wide as twice the distance to the nearest point would be empty."""
+    points = chair_points(count=count)
+    stray = np.random.default_rng(0).uniform(points.min(axis=0), points.max(axis=0), (count // 50, 3))
+    for cloud in (Cloud(points), Cloud(np.vstack([points, stray]))):
+        assert [place.kind for place in places_of(cloud, scores=SEAT) if place.kind == "sit"] == ["sit"]
+        assert not has_no_place_to_sit(cloud) and not is_nowhere_level(cloud)
+
+
+@pytest.mark.parametrize("bend", ["roof", "slope"])
+def test_points_of_a_bent_seat_are_nowhere_level_over_a_hand(bend):
+    bent = Cloud(chair_points(bend))
+    assert has_no_place_to_sit(bent) and is_nowhere_level(bent)
+    assert not sf.classify(bent).functions
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():
