@@ -95,9 +95,9 @@ def is_nowhere_level(cloud: Cloud) -> bool:
     if cloud.mesh is not None:
         return False
     from .places.regions import HAND, level_breadth, surface_of, without_strays
-    from .places.sitting import HIGH_SEAT, SEAT_HEIGHTS, STEEPEST_DEG
+    from .places.sitting import FLOOR_SEAT, HIGH_SEAT, STEEPEST_DEG
 
-    return level_breadth(surface_of(without_strays(cloud)), STEEPEST_DEG, SEAT_HEIGHTS[0], HIGH_SEAT) < HAND
+    return level_breadth(surface_of(without_strays(cloud)), STEEPEST_DEG, FLOOR_SEAT, HIGH_SEAT) < HAND
 
 
 def is_full_of_spikes(cloud: Cloud) -> bool:
@@ -129,17 +129,17 @@ USE_CHECKS = (
         name="hole_seen", function=CUP, fails=bottom_was_seen, doubt=HOLE_SEEN, excludes=True, after="points_leak"
     ),
     # A seat on which a bag lies may have no place to sit and is still a seat, so this is only a doubt.
-    UseCheck(name="no_place_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
+    UseCheck(name="nowhere_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
     UseCheck(
-        name="spikes", function=SITTABLE, fails=is_full_of_spikes, doubt=SPIKES, excludes=True, after="no_place_to_sit"
+        name="spikes", function=SITTABLE, fails=is_full_of_spikes, doubt=SPIKES, excludes=True, after="nowhere_to_sit"
     ),
     UseCheck(
-        name="nowhere_level",
+        name="level_nowhere",
         function=SITTABLE,
         fails=is_nowhere_level,
         doubt=SLOPING,
         excludes=True,
-        after="no_place_to_sit",
+        after="nowhere_to_sit",
     ),
 )
 

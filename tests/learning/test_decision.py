@@ -33,7 +33,7 @@ RADIUS = 0.02
 REASON, DOUBT = "it is so", "it may be otherwise"
 A_LITTLE = 1e-3
 CUP_CHECKS = ("leaks", "points_leak")
-SEAT_CHECKS = ("no_place_to_sit", "spikes", "nowhere_level")
+SEAT_CHECKS = ("nowhere_to_sit", "spikes", "level_nowhere")
 
 
 class Model(FunctionModel):
@@ -120,10 +120,10 @@ def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
         ({"cup": 0.1, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over"]),
         ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "lies"]),
         ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", *CUP_CHECKS]),
-        ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", *CUP_CHECKS, "no_place_to_sit"]),
-        ({"cup": 0.1, "sittable": 0.9}, ["no_place_to_sit"], {"sittable"}, ["falls_over", *SEAT_CHECKS]),
+        ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", *CUP_CHECKS, "nowhere_to_sit"]),
+        ({"cup": 0.1, "sittable": 0.9}, ["nowhere_to_sit"], {"sittable"}, ["falls_over", *SEAT_CHECKS]),
         ({"sittable": 0.9}, SEAT_CHECKS, set(), ["falls_over", *SEAT_CHECKS, "one_view", "lies"]),
-        ({"sittable": 0.9}, ["spikes"], {"sittable"}, ["falls_over", "no_place_to_sit"]),
+        ({"sittable": 0.9}, ["spikes"], {"sittable"}, ["falls_over", "nowhere_to_sit"]),
         ({"sittable": 0.9}, ["falls_over"], set(), ["falls_over", "one_view", "lies"]),
         ({"table": 0.9}, [], {"table"}, ["falls_over", "count"]),
         ({"table": THRESHOLD}, [], set(), ["one_view", "lies"]),
@@ -186,7 +186,7 @@ def test_what_falls_over_has_that_as_its_reason_and_no_doubt():
     assert (falls.reasons(), falls.doubts()) == ([FALLS_OVER, REASON], [])
     assert (leaks.reasons(), leaks.doubts()) == ([REASON], [DOUBT, LEAKS])
     assert (fine.reasons(), fine.doubts()) == ([REASON], [DOUBT])
-    assert decided(Model(sittable=0.9), "no_place_to_sit")[0].doubts() == [DOUBT, NO_PLACE]
+    assert decided(Model(sittable=0.9), "nowhere_to_sit")[0].doubts() == [DOUBT, NO_PLACE]
     assert (falls.reasons(explain=False), fine.reasons(explain=False)) == ([FALLS_OVER], [])
     for decision in (falls, leaks, fine):
         row = decision.row("a.ply", 0.25)

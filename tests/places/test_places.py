@@ -162,9 +162,9 @@ def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
     cloud = spiky_or_slatted(pitch, tall)
     assert bool(sit_places(seat_surface(cloud), sittable=1.0)) == sat
     failed = failed_uses({"sittable"}, lambda name, check: check(cloud))
-    assert [use.name for use in failed] == ["no_place_to_sit", "spikes"] * (not sat)
+    assert [use.name for use in failed] == ["nowhere_to_sit", "spikes"] * (not sat)
     failed = failed_uses({"sittable"}, lambda name, check: check(Cloud(cloud.points)))
-    assert [use.name for use in failed] == ["no_place_to_sit", "nowhere_level"] * (not sat)
+    assert [use.name for use in failed] == ["nowhere_to_sit", "level_nowhere"] * (not sat)
     assert not failed_uses({"table"}, lambda name, check: check(cloud))
 
 
