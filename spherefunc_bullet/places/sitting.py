@@ -14,7 +14,6 @@ from .regions import HeightMap, normal_of, plane_through, rings_of
 
 TALL = 1.75  # metres, height of the person of the template
 SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, for that person; on a higher seat the feet hang in the air
-FLOOR_SEAT = 0.05  # metres: a floor chair, on which the template's legs do not fit
 HIGH_SEAT = 0.86  # metres, for objects that are known as seats: a bar stool with a gas lift is that high
 NARROW = 0.90  # metres, including the cells around it: a draughtsman's chair with its five feet is that wide
 HEADINGS = 24
