@@ -16,11 +16,18 @@ from .clouds.one_view import completed_clouds, looks_like_one_view
 from .clouds.orientation import likely_up, standing_margin
 from .formats.sources import Geometry
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .settling.cached_runs import CloudObject
+from .places.seats import has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
+from .settling.cached_runs import Check, CloudObject
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
-from .settling.settling import falls_over
-from .use_checks import TABLE, UseCheck, failed_uses
+from .settling.settling import falls_over, mesh_leaks, points_leak
 
+CUP, SITTABLE, TABLE = "cup", "sittable", "table"
+LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
+OPEN = "spheres stay in it as in a cup, but water would run out where no surface was seen"
+HOLE_SEEN = "at least half of its bottom was seen, so it probably has a hole"
+NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
+SLOPING = "none of it is level over a hand's breadth at the height of a seat"
+SPIKES = "spheres stay on it as on a seat, but it is full of spikes"
 POSSIBLE = 0.2  # least score of a completed view at which the unseen side may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS_OVER = "it would fall over when put down like this; an object that would fall over has no function"
@@ -55,6 +62,55 @@ class DropTarget(Protocol):
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return the result of ``count`` for the cloud; it may be cached under this name."""
         ...
+
+
+def bottom_was_seen(cloud: Cloud) -> bool:
+    """Return whether points lie low within half of an object's outline: its underside, or the floor of a vessel."""
+    return not looks_like_one_view(cloud)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UseCheck:
+    """A check of an object that seems to have a function; if the object fails it, the answer is unsure."""
+
+    name: str  # under which the result is cached; a check that changes needs another name
+    function: str
+    fails: Callable[[Cloud], bool]
+    doubt: str
+    excludes: bool  # whether an object that fails does not have the function
+    after: str = ""  # the name of a check before it, which such an object also fails
+
+
+USE_CHECKS = (
+    UseCheck(name="leaks", function=CUP, fails=mesh_leaks, doubt=LEAKS, excludes=True),
+    # A scan from above may not show the bottom of a cup, so this is only a doubt.
+    UseCheck(name="points_leak", function=CUP, fails=points_leak, doubt=OPEN, excludes=False),
+    UseCheck(
+        name="hole_seen", function=CUP, fails=bottom_was_seen, doubt=HOLE_SEEN, excludes=True, after="points_leak"
+    ),
+    # A seat on which a bag lies may have no place to sit and is still a seat, so this is only a doubt.
+    UseCheck(name="nowhere_to_sit", function=SITTABLE, fails=has_no_place_to_sit, doubt=NO_PLACE, excludes=False),
+    UseCheck(
+        name="spikes", function=SITTABLE, fails=is_full_of_spikes, doubt=SPIKES, excludes=True, after="nowhere_to_sit"
+    ),
+    UseCheck(
+        name="level_nowhere",
+        function=SITTABLE,
+        fails=is_nowhere_level,
+        doubt=SLOPING,
+        excludes=True,
+        after="nowhere_to_sit",
+    ),
+)
+
+
+def failed_uses(functions: Collection[str], check: Check) -> tuple[UseCheck, ...]:
+    """Return the failed checks of an object, among those for functions that it seems to have."""
+    failed: dict[str, UseCheck] = {}
+    for use in USE_CHECKS:
+        if use.function in functions and (not use.after or use.after in failed) and check(use.name, use.fails):
+            failed[use.name] = use
+    return tuple(failed.values())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.classification import excluded
+from spherefunc_bullet.classification import excluded, failed_uses
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
@@ -21,7 +21,6 @@ from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_co
 from spherefunc_bullet.settling.cached_runs import Check
 from spherefunc_bullet.settling.drops import DropsByRadius, settled_in_column
 from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.use_checks import failed_uses
 
 from .evaluation import Evaluation, FeatureMethod, Trial, evaluation_of, pooled_trial, splits_of_protocol
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers

@@ -48,6 +48,16 @@ def checked_radii(radii: Sequence[float]) -> tuple[float, ...]:
     return radii
 
 
+def mesh_leaks(cloud: Cloud) -> bool:
+    """Return whether water runs out of an object through a hole; False without a mesh."""
+    return cloud.mesh is not None and loses_water(cloud)
+
+
+def points_leak(cloud: Cloud) -> bool:
+    """Return whether water would run out between the points of an object that has no mesh."""
+    return cloud.mesh is None and loses_water(cloud)
+
+
 def loses_water(cloud: Cloud) -> bool:
     """Return whether water runs out of an object where small spheres stay in it.
 

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.classification import HOLE_SEEN, LEAKS, OPEN
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.clouds.water import Water, leaks, share_under_water, waters_of
 from spherefunc_bullet.commands.command_line import main
@@ -18,7 +19,6 @@ from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
 from spherefunc_bullet.compare.evaluation.readings import ProfileFeatures, UseChecks
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.use_checks import HOLE_SEEN, LEAKS, OPEN
 
 RADIUS, HEIGHT, WALL = 0.04, 0.1, 0.004  # metres
 

@@ -13,6 +13,8 @@ from spherefunc_bullet import classification
 from spherefunc_bullet.classification import (
     COMPLETED,
     FALLS_OVER,
+    LEAKS,
+    NO_PLACE,
     NOTHING_SETTLED,
     ON_TOP,
     POSSIBLE,
@@ -26,7 +28,6 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.function_model import THRESHOLD, FunctionModel, Reading
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.settling.drops import FEW, RunLimit
-from spherefunc_bullet.use_checks import LEAKS, NO_PLACE
 
 RADIUS = 0.02
 REASON, DOUBT = "it is so", "it may be otherwise"

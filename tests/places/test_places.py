@@ -17,15 +17,16 @@ from commands import spherefunc
 
 import spherefunc_bullet as sf
 import spherefunc_bullet.places.finding as finding
+from spherefunc_bullet.classification import failed_uses
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
 from spherefunc_bullet.places.pouring import HOLE, pour_places
 from spherefunc_bullet.places.regions import HeightMap, seat_surface
+from spherefunc_bullet.places.seats import has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
 from spherefunc_bullet.places.sitting import sit_places
 from spherefunc_bullet.scenes.impairment.specimen import spike
 from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
-from spherefunc_bullet.use_checks import failed_uses, has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
 from spherefunc_bullet.viewer.place_pictures import places_picture
 
 SIDES = 48
