@@ -8,10 +8,11 @@ import numpy as np
 from scipy import ndimage
 
 from ..clouds.cloud import Cloud
+from ..clouds.water import SIXTH
 from ..processes.compilation import njit
 
 CELL = 0.01  # metres
-SIXTH, COARSE = 6, 1.4  # the least side of a cell of a cloud: in distances to the sixth neighbour
+COARSE = 1.4  # distances to a point's sixth neighbour: the least side of a cell of a cloud
 STRAY = 3.0  # such distances, from which on a point is a stray one
 ACROSS = 400  # cells at most
 
