@@ -213,7 +213,7 @@ def classify(target: DropTarget, model: FunctionModel, view_model: Callable[[], 
         return decision
     if not target.check("one_view", looks_like_one_view):
         return replace(decision, wrong_up_axis=target.check("lies", stands_with_y_up))
-    return reclassify_completed(target.cloud(), decision, view_model())
+    return reclassify_completed(target, decision, view_model())
 
 
 def stands_with_y_up(cloud: Cloud) -> bool:
@@ -245,13 +245,15 @@ def excluded(functions: Sequence[str], falls: bool, failed: Collection[UseCheck]
     return np.array([falls or name in failed_functions for name in functions])
 
 
-def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel) -> Decision:
+def reclassify_completed(target: DropTarget, decision: Decision, model: FunctionModel) -> Decision:
     """Return the decision for the completed object if it has a function or nothing settled before, else the old one."""
     nothing, possible = nothing_settled(decision.reading), set()
-    for whole in completed_clouds(cloud):
+    for whole in completed_clouds(target.cloud()):
         completed = decide(CloudObject(raw_cloud=whole, drop_config=model.drop_config()), model)
         if not nothing_settled(completed.reading) and (nothing or completed.functions):
-            return replace(completed, more_doubts=(COMPLETED,))
+            seen = failed_uses(completed.functions, target.check)  # what is level may be of the completion alone
+            failed = tuple(dict.fromkeys((*completed.failed_uses, *seen)))
+            return replace(completed, failed_uses=failed, more_doubts=(COMPLETED,))
         possible |= {name for name, membership in completed.memberships.items() if membership.score > POSSIBLE}
     if nothing:
         return replace(decision, more_doubts=(NOTHING_SETTLED,))

@@ -18,10 +18,9 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
 from spherefunc_bullet.scenes.impairment.folder import evenly
+from spherefunc_bullet.scenes.impairment.held_out import pressed_flat
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.levels import LevelPart
-from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
-from spherefunc_bullet.scenes.impairment.surfaces import ObjectSurface
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds
 from spherefunc_bullet.scenes.impairment.useless import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
@@ -31,23 +30,12 @@ from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
-FOLDED = 0.1  # metres, how thick a folded chair is
 APART = 0.1  # metres: levels that differ more in height are different levels
-
-
-@needs("level")
-def folded(specimen: Specimen, level: LevelPart, rng: np.random.Generator) -> ObjectSurface:
-    """Press a seat flat from its back to its front."""
-    low, high = level.box
-    axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
-    pressed = np.ones(3)
-    pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
-    return specimen.surface.mapped(lambda points: points * pressed)
 
 
 def useless_seats() -> list[Impairment]:
     """Return the kinds of copies on which nobody can sit."""
-    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
+    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": pressed_flat}
     return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + kinds((SEAT,), False, **more)
 
 

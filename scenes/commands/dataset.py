@@ -192,6 +192,9 @@ def impair(
     copied: Annotated[
         int | None, typer.Option(min=1, help="Number of objects of each function that are copied. Default: all.")
     ] = None,
+    points: Annotated[
+        int | None, typer.Option(min=100, help="Write copies as this many points, at random on their triangles.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write copies that do not work, copies with harmless changes, and copies in use or as sensed."""
@@ -205,7 +208,9 @@ def impair(
     functions = dict.fromkeys(function for impairment in impairments for function in impairment.functions)
     some = [item for function in functions for item in evenly_spread(dataset.objects, function, copied)]
     dataset, failed = replace(dataset, objects=tuple(some)), failures.add
-    copies = impair_dataset(dataset, directory, seed=seed, impairments=impairments, jobs=-1, failed=failed)
+    copies = impair_dataset(
+        dataset, directory, seed=seed, impairments=impairments, points=points, jobs=-1, failed=failed
+    )
     made, left_out = copies.made, copies.left_out
     about = {"manifest": str(copies.manifest), "objects": sum(made.values()), "made": made, "left_out": left_out}
     _say(about | {"seed": seed}, as_json)

@@ -56,6 +56,7 @@ def impair_dataset(
     impairments: Sequence[Impairment] = IMPAIRMENTS,
     up: str = BY_FILE,
     units: str = "m",
+    points: int | None = None,
     jobs: int = 1,
     failed: Failed,
 ) -> CopyFolder:
@@ -67,6 +68,8 @@ def impair_dataset(
         The same seed gives the same files, bit for bit.
     up, units : str
         How the files are read (see `load_cloud`); copies are in metres, z up.
+    points : int, optional
+        Write this many points at random on each copy, as scanners do, instead of its triangles.
     failed : callable
         Called with the error of each file that cannot be used; the others are still copied.
 
@@ -80,7 +83,7 @@ def impair_dataset(
     if not any(function_of(item) for _, item in numbered):
         raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
     prepare_folder(directory)
-    fixed = directory, seed, impairments, partial(load_cloud, up=up, units=units)
+    fixed = directory, seed, impairments, points, partial(load_cloud, up=up, units=units)
     tasks = [(number, item, dataset.name_of(item.path), *fixed) for number, item in numbered]
     outcomes = run_tasks(write_copies, tasks, [item.path for _, item in numbered], jobs=jobs)
     done = [copies for _, copies in sorted(passed(outcomes, len(tasks), "making copies", failed), key=itemgetter(0))]
@@ -98,6 +101,7 @@ def write_copies(
     directory: Path,
     seed: int,
     impairments: Sequence[Impairment],
+    points: int | None,
     reading: Callable[[Path], Cloud],
 ) -> tuple[list[tuple], Counter[str]]:
     """Write the copies of one object; return their rows of the manifest, and how many of each kind were not made.
@@ -116,7 +120,7 @@ def write_copies(
             left_out[made] += 1
             continue
         file = f"{number:04d}_{one_line(item.path.stem)}_{impairment.kind}.ply"
-        write_bytes(directory / file, copy_ply(surface))
+        write_bytes(directory / file, copy_ply(surface if points is None else surface.sampled(points, seed)))
         works = impairment.works
         label, also = (label_text(item.functions), ";".join(sorted(item.also))) if works else (NONE, "")
         rows.append((file, label, name, impairment.kind, int(works), also, *about, made))

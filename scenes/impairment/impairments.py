@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from spherefunc_bullet.errors import require_known
 
 from . import harmless, useless
+from .held_out import HELD_OUT
 from .specimen import FUNCTIONS, Impairment, kinds
 from .use.copies import AS_SENSED, IN_USE
 
@@ -54,7 +55,7 @@ IMPAIRMENTS = (
         triangulation=harmless.triangulation,
     ),
 )
-COPIES = (*IMPAIRMENTS, *IN_USE, *AS_SENSED)  # every kind that `dataset impair` makes
+COPIES = (*IMPAIRMENTS, *IN_USE, *AS_SENSED)  # every kind that models learn
 
 
 def kinds_of(impairments: Iterable[Impairment] = COPIES) -> list[str]:
@@ -63,7 +64,7 @@ def kinds_of(impairments: Iterable[Impairment] = COPIES) -> list[str]:
 
 
 def chosen_kinds(names: Iterable[str] | None) -> tuple[Impairment, ...]:
-    """Return the impairments of some kinds, or all; unchanged copies are always among them.
+    """Return the impairments of some kinds, or all that models learn; unchanged copies are always among them.
 
     Raises
     ------
@@ -73,5 +74,6 @@ def chosen_kinds(names: Iterable[str] | None) -> tuple[Impairment, ...]:
     if names is None:
         return COPIES
     wanted = set(names)
-    require_known("--kinds", sorted(wanted), kinds_of())
-    return tuple(impairment for impairment in COPIES if impairment.kind in wanted | {"whole"})
+    every = (*COPIES, *HELD_OUT)
+    require_known("--kinds", sorted(wanted), kinds_of(every))
+    return tuple(impairment for impairment in every if impairment.kind in wanted | {"whole"})

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import trimesh
 
 from spherefunc_bullet.clouds.cloud import Cloud, placed
 from spherefunc_bullet.clouds.outline import merge_vertices
@@ -98,6 +99,13 @@ class ObjectSurface:
     def standing(self) -> ObjectSurface:
         """Return it moved to the ground, its bounding box centred on the z axis."""
         return self.mapped(placed)
+
+    def sampled(self, count: int, seed: int) -> ObjectSurface:
+        """Return points at random on the triangles, evenly by area; a cloud as it is."""
+        if self.is_cloud:
+            return self
+        triangles = trimesh.Trimesh(*self.mesh(), process=False)
+        return ObjectSurface(points=trimesh.sample.sample_surface(triangles, count, seed=seed)[0])
 
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Return vertices (N, 3) and faces (M, 3), equal corners merged; a cloud has no faces."""

@@ -22,13 +22,18 @@ HANDLE_ANGLES = 72  # directions, of which one away from the handle is chosen
 @needs("cavity", useless=True)
 def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> ObjectSurface | None:
     """Take away everything under the middle of the cavity, down to the ground."""
-    surface = specimen.surface
+    bottom = bottom_of(specimen.surface, cup, HOLE)
+    return None if bottom is None else specimen.surface.without(bottom)
+
+
+def bottom_of(surface: ObjectSurface, cup: Cavity, share: float) -> np.ndarray | None:
+    """Return the pieces (P,) bool below the cavity, within a share of its radius; None if it stands on a stem."""
     if cup.floor > STEM * surface.size[2]:
         return None
     inside = np.interp(cup.floor + 0.15 * (cup.brim - cup.floor), cup.heights, cup.radii)
-    radius = max(HOLE * inside, 2 * cup.grid.cell)
+    radius = max(share * inside, 2 * cup.grid.cell)
     rounded = cup.floor + 0.2 * (cup.brim - cup.floor)
-    return surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
+    return (cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded)
 
 
 @needs("cavity", useless=True)
@@ -97,16 +102,20 @@ def tilted(
     rest = cut_away(surface, level)
     if rest is None:
         return None
-    height = surface.centres[:, 2]
-    slab = level.over(surface.centres) & (height >= 0.85 * level.height) & (height <= level.upper + 0.012)
     slope, middle = np.tan(np.radians(degrees)), level.box.mean(axis=0)
 
     def sloped(points: np.ndarray) -> np.ndarray:
         return points + np.outer(-slope * ((points[:, :2] - middle) @ downhill), [0, 0, 1])
 
-    top = surface.only(slab).mapped(sloped)
+    top = slab_of(surface, level).mapped(sloped)
     sunk = max(0.02 - top.bounds[0, 2], 0.0)
     return rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
+
+
+def slab_of(surface: ObjectSurface, level: LevelPart) -> ObjectSurface:
+    """Return a level alone, as thick as a board."""
+    height = surface.centres[:, 2]
+    return surface.only(level.over(surface.centres) & (height >= 0.85 * level.height) & (height <= level.upper + 0.012))
 
 
 @needs("level", useless=True)

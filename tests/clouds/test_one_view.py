@@ -55,7 +55,8 @@ def test_a_view_that_may_have_a_function_when_completed_is_unsure(monkeypatch, s
     )
     monkeypatch.setattr(classification, "completed_clouds", lambda cloud: [cloud])
     monkeypatch.setattr(classification, "decide", lambda item, model: completed)
-    found = classification.reclassify_completed(mug(), first, SimpleNamespace(drop_config=lambda: None))
+    view, model = SimpleNamespace(cloud=mug), SimpleNamespace(drop_config=lambda: None)
+    found = classification.reclassify_completed(view, first, model)
     assert bool(found.more_doubts) == doubtful and all("cup" in doubt for doubt in found.more_doubts)
 
 

@@ -226,10 +226,22 @@ def test_a_single_view_is_completed_and_asked_about_again(monkeypatch, first, vi
     )
     together.memberships_by = first.memberships_by
     decision, noted = decided(first, "one_view", views=together)
-    assert noted == ["one_view"] and decision.functions == functions
+    assert noted == ["one_view", *CUP_CHECKS * bool(functions)] and decision.functions == functions
     (more,) = decision.more_doubts or [None]
     assert more == doubt if doubt != "cup" else "cup" in more
     assert decision.doubts()[1:] == ([] if more is None else [more])
+
+
+@pytest.mark.parametrize(("true", "is_seat"), [((), True), (SEAT_CHECKS[:1], True), (SEAT_CHECKS, False)])
+def test_what_was_seen_of_a_completed_view_is_checked_too(monkeypatch, true, is_seat):
+    """A completion may add what is level, to a view of which nothing is."""
+    monkeypatch.setattr(classification, "completed_clouds", lambda cloud: [cloud])
+    views = Model(checks=False, sittable=0.9)
+    views.drop_config = lambda: None
+    decision, noted = decided(Model(sittable=0.4), "one_view", *true, views=views)
+    assert decision.functions == ({"sittable"} if is_seat else set())
+    assert noted == ["one_view", *SEAT_CHECKS[: 3 if true else 1]]
+    assert (NO_PLACE in decision.doubts()) == bool(true) and COMPLETED in decision.doubts()
 
 
 @pytest.mark.parametrize(("stay", "nothing"), [(FEW // 2, True), (FEW // 2 + 1, False)])

@@ -3,6 +3,7 @@
 ``python -m spherefunc_bullet.compare.evaluation.robustness.across_sources DATA...`` takes what ``make model`` learns:
 catalogues, objects by other people, and copies of both. Catalogues are always learnt. The objects of a source, and
 copies of them, are classified by a model that has learnt nothing of that source; its unsure ranges have not, either.
+Copies that follow ``--tested`` are classified likewise, and no model learns them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.simulated import simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import (
@@ -87,11 +88,24 @@ def profiled_with_model(
     return ProfileFeatures(profiles=model.profiles_, labels=labels_of(dataset), classifier=classifier, checks=checks)
 
 
-def answered(read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> HeldOutAnswers:
-    """Return the answers about the objects of each source when it is left out."""
+def with_tested(read: ProfileFeatures, objects: Sequence[DatasetObject], tested: Simulated) -> ProfileFeatures:
+    """Return the features of objects followed by those of others, which are only tested."""
+    more = spheres_profiled(tested, labels_of(tested), read.classifier.radii)
+    checks = UseChecks(
+        fallen=np.concatenate([read.checks.fallen, more.checks.fallen]), uses=read.checks.uses + more.checks.uses
+    )
+    labels = labels_of(Dataset(tested.name, (*objects, *tested.objects)))
+    return replace(read, profiles=np.concatenate([read.profiles, more.profiles]), labels=labels, checks=checks)
+
+
+def answered(
+    read: ProfileFeatures, objects: Sequence[DatasetObject], kinds: dict[str, str], learnt: int
+) -> HeldOutAnswers:
+    """Return the answers about the objects of each source when it is left out; only the first objects are learnt."""
     sources = np.array(sources_of(objects))
     rows = np.arange(len(objects))
-    splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
+    to_learn, names = rows < learnt, sorted(set(sources.tolist()) - {""})
+    splits = [Split(rows[(sources != name) & to_learn], rows[sources == name]) for name in names]
     read = calibrated_across_sources(read, objects)
     return described(read.trial(splits), read.labels, objects, kinds)
 
@@ -179,6 +193,9 @@ def main(
     data: Annotated[list[str], typer.Argument(help="Training data: catalogues, models by other people, copies.")],
     backend: options.Backend = "fast",
     model: Annotated[Path | None, typer.Option(help="A model trained on DATA, whose quantities are used.")] = None,
+    tested: Annotated[
+        list[str] | None, typer.Option(help="Copies of DATA that are tested and not learnt, such as of a new kind.")
+    ] = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = -1,
     json: options.Json = False,
@@ -196,7 +213,12 @@ def main(
         objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), drop_config.radii)
     else:
         objects, read = dataset.objects, profiled_with_model(load_model(model), dataset, drop_config, jobs, failures)
-    report = report_of(answered(read, objects, kinds_of(datasets)))
+    learnt, kinds, copies = len(objects), kinds_of(datasets), [open_dataset(name) for name in tested or ()]
+    if copies:
+        more = simulate_dataset(joined_datasets(copies), drop_config, jobs=jobs, failed=failures.add)
+        objects, read = (*objects, *more.objects), with_tested(read, objects, more)
+        kinds |= {path: f"{kind}, not learnt" for path, kind in kinds_of(copies).items()}
+    report = report_of(answered(read, objects, kinds, learnt))
     print_json(report) if json else print_report(report)
     failures.exit()
 
