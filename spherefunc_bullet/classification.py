@@ -28,7 +28,7 @@ HOLE_SEEN = "at least half of its bottom was seen, so it probably has a hole"
 NO_PLACE = "spheres stay on it as on a seat, but there is no place on it where a person would fit"
 SLOPING = "none of it is level over a hand's breadth at the height of a seat"
 SPIKES = "spheres stay on it as on a seat, but it is full of spikes"
-POSSIBLE = 0.2  # least score of a completed view at which the unseen side may decide
+POSSIBLE = 0.2  # least score of a function of points or of a completed view at which what was not seen may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS_OVER = "it would fall over when put down like this; an object that would fall over has no function"
 NOTHING_SETTLED = (
@@ -36,6 +36,7 @@ NOTHING_SETTLED = (
     "whose far side and bottom the sensor did not see"
 )
 SINGLE_VIEW = "this looks like a single view of an object; once completed, it may be classified as {functions}"
+PARTLY_SEEN = "a sensor may have missed parts of it; with these it may be classified as {functions}"
 WRONG_UP_AXIS = 'as it stands it would fall over, and would not with y up: is its up axis right? up="y" says so'
 DISAGREE = "the backends disagree about {function}: {scores}"
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
@@ -211,9 +212,19 @@ def classify(target: DropTarget, model: FunctionModel, view_model: Callable[[], 
         return replace(decision, objects_on_top=count)
     if decision.functions:
         return decision
-    if not target.check("one_view", looks_like_one_view):
-        return replace(decision, wrong_up_axis=target.check("lies", stands_with_y_up))
-    return reclassify_completed(target, decision, view_model())
+    if target.check("one_view", looks_like_one_view):
+        return reclassify_completed(target, decision, view_model())
+    more = unseen_doubts(PARTLY_SEEN, decision)
+    if more and not target.check("points", lambda cloud: cloud.mesh is None):
+        more = ()
+    return replace(decision, wrong_up_axis=target.check("lies", stands_with_y_up), more_doubts=more)
+
+
+def unseen_doubts(sentence: str, *decisions: Decision) -> tuple[str, ...]:
+    """Return a sentence on the functions that an object may have by one of its decisions; none without such."""
+    memberships = (item for decision in decisions for item in decision.memberships.items())
+    possible = sorted({name for name, membership in memberships if membership.score > POSSIBLE})
+    return (sentence.format(functions=" or ".join(possible)),) if possible else ()
 
 
 def stands_with_y_up(cloud: Cloud) -> bool:
@@ -247,18 +258,16 @@ def excluded(functions: Sequence[str], falls: bool, failed: Collection[UseCheck]
 
 def reclassify_completed(target: DropTarget, decision: Decision, model: FunctionModel) -> Decision:
     """Return the decision for the completed object if it has a function or nothing settled before, else the old one."""
-    nothing, possible = nothing_settled(decision.reading), set()
+    nothing, views = nothing_settled(decision.reading), list[Decision]()
     for whole in completed_clouds(target.cloud()):
         completed = decide(CloudObject(raw_cloud=whole, drop_config=model.drop_config()), model)
         if not nothing_settled(completed.reading) and (nothing or completed.functions):
             seen = failed_uses(completed.functions, target.check)  # what is level may be of the completion alone
             failed = tuple(dict.fromkeys((*completed.failed_uses, *seen)))
             return replace(completed, failed_uses=failed, more_doubts=(COMPLETED,))
-        possible |= {name for name, membership in completed.memberships.items() if membership.score > POSSIBLE}
-    if nothing:
-        return replace(decision, more_doubts=(NOTHING_SETTLED,))
-    doubt = SINGLE_VIEW.format(functions=" or ".join(sorted(possible)))
-    return replace(decision, more_doubts=(doubt,)) if possible else decision
+        views.append(completed)
+    more = (NOTHING_SETTLED,) if nothing else unseen_doubts(SINGLE_VIEW, decision, *views)
+    return replace(decision, more_doubts=more)
 
 
 def nothing_settled(reading: Reading) -> bool:

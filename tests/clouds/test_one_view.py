@@ -47,7 +47,8 @@ def test_hardly_a_sphere_is_as_good_as_none():
 @pytest.mark.parametrize(("score", "doubtful"), [(0.3, True), (0.1, False)])
 def test_a_view_that_may_have_a_function_when_completed_is_unsure(monkeypatch, score, doubtful):
     held = {0.01: drops_from_rows(0.01, np.zeros((200, 6), np.float32))}
-    first = Decision(model=None, reading=Reading(drops=held, scores=np.zeros(1), model=None))
+    has_none = SimpleNamespace(functions_=("cup",), memberships_by=lambda scores: [{}])
+    first = Decision(model=has_none, reading=Reading(drops=held, scores=np.zeros(1), model=None))
     completed = SimpleNamespace(
         functions=frozenset(),
         memberships={"cup": Membership(member=False, score=score, radius=0.01)},

@@ -66,6 +66,21 @@ def test_what_a_model_has_kept_says_what_simulating_says(data, model):
     assert report["data_sets"][data.name]["f_measure"] == report["f_measure_fair"]
 
 
+@pytest.mark.slow
+def test_copies_that_are_only_tested_are_not_learnt(data, model, tmp_path):
+    copies = tmp_path / "copies"
+    assert spherefunc("dataset", "impair", data, copies, "--copied", 2, "--kinds", "toppled").returncode == 0
+    alone, tested = (across_sources(data, "--model", model, *more) for more in ([], ["--tested", copies]))
+    assert alone.returncode == tested.returncode == 0, alone.stderr + tested.stderr
+    kinds = json.loads(tested.stdout)["kinds"]
+    of_copies = {kind: kinds.pop(kind) for kind in list(kinds) if kind.endswith(", not learnt")}
+    assert json.loads(tested.stdout) | {"kinds": kinds} == json.loads(alone.stdout)
+    assert {kind: row["objects"] for kind, row in of_copies.items()} == {
+        "whole, not learnt": 4,  # cups and tables
+        "toppled, not learnt": 2,
+    }
+
+
 def test_a_model_of_other_objects_is_refused(data, model, tmp_path):
     manifest = (data / "manifest.csv").read_text().splitlines()[:-1]
     (tmp_path / "manifest.csv").write_text("\n".join(manifest) + "\n")

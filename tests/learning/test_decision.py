@@ -17,6 +17,7 @@ from spherefunc_bullet.classification import (
     NO_PLACE,
     NOTHING_SETTLED,
     ON_TOP,
+    PARTLY_SEEN,
     POSSIBLE,
     WRONG_UP_AXIS,
     classify,
@@ -118,7 +119,8 @@ def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
         ({"cup": 0.9, "seat": 0.9}, ["points_leak", "hole_seen"], {"seat"}, ["falls_over", *CUP_CHECKS, "hole_seen"]),
         ({"cup": 0.9, "seat": 0.9}, ["falls_over", "leaks"], set(), ["falls_over", "one_view", "lies"]),
         ({"cup": 0.1, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over"]),
-        ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "lies"]),
+        ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "points", "lies"]),
+        ({"cup": POSSIBLE, "seat": POSSIBLE}, ["falls_over"], set(), ["one_view", "lies"]),
         ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", *CUP_CHECKS]),
         ({"cup": 0.9, "sittable": 0.9}, [], {"cup", "sittable"}, ["falls_over", *CUP_CHECKS, "nowhere_to_sit"]),
         ({"cup": 0.1, "sittable": 0.9}, ["nowhere_to_sit"], {"sittable"}, ["falls_over", *SEAT_CHECKS]),
@@ -126,7 +128,7 @@ def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
         ({"sittable": 0.9}, ["spikes"], {"sittable"}, ["falls_over", "nowhere_to_sit"]),
         ({"sittable": 0.9}, ["falls_over"], set(), ["falls_over", "one_view", "lies"]),
         ({"table": 0.9}, [], {"table"}, ["falls_over", "count"]),
-        ({"table": THRESHOLD}, [], set(), ["one_view", "lies"]),
+        ({"table": THRESHOLD}, [], set(), ["one_view", "points", "lies"]),
     ],
 )
 def test_what_an_object_must_not_do_is_asked_where_it_has_a_function_alone(scores, true, functions, asked):
@@ -208,13 +210,15 @@ def test_how_many_objects_stand_on_a_table_is_said_with_reasons(count, said):
     [
         (Model(cup=0.4), [Model(cup=0.9)], {"cup"}, COMPLETED),
         (Model(cup=0.4), [Model(cup=0.4), Model(cup=0.9)], {"cup"}, COMPLETED),
-        (Model(cup=0.4), [Model(cup=POSSIBLE)], set(), None),
-        (Model(cup=0.4), [Model(cup=POSSIBLE + A_LITTLE)], set(), "cup"),
+        (Model(cup=POSSIBLE), [Model(cup=POSSIBLE)], set(), None),
+        (Model(cup=POSSIBLE + A_LITTLE), [Model(cup=POSSIBLE)], set(), "cup"),
+        (Model(cup=POSSIBLE), [Model(cup=POSSIBLE + A_LITTLE)], set(), "cup"),
         (Model(cup=0.4), [Model(cup=0.9, stays=0)], set(), "cup"),  # by spheres of which none stays
         (Model(cup=0.4, stays=0), [Model(cup=0.4)], set(), COMPLETED),
         (Model(cup=0.4, stays=0), [Model(cup=0.9, stays=0)], set(), NOTHING_SETTLED),
         (Model(cup=0.4, stays=0), [], set(), NOTHING_SETTLED),
-        (Model(cup=0.4), [], set(), None),
+        (Model(cup=POSSIBLE), [], set(), None),
+        (Model(cup=0.4), [], set(), "cup"),
     ],
 )
 def test_a_single_view_is_completed_and_asked_about_again(monkeypatch, first, views, functions, doubt):
@@ -242,6 +246,15 @@ def test_what_was_seen_of_a_completed_view_is_checked_too(monkeypatch, true, is_
     assert decision.functions == ({"sittable"} if is_seat else set())
     assert noted == ["one_view", *SEAT_CHECKS[: 3 if true else 1]]
     assert (NO_PLACE in decision.doubts()) == bool(true) and COMPLETED in decision.doubts()
+
+
+@pytest.mark.parametrize(
+    ("score", "true", "doubtful"),
+    [(0.3, ["points"], True), (POSSIBLE, ["points"], False), (0.3, [], False), (0.9, ["points"], False)],
+)
+def test_points_that_may_have_a_function_are_unsure_and_meshes_are_not(score, true, doubtful):
+    decision, _ = decided(Model(cup=score), *true)
+    assert decision.doubts() == [DOUBT, *[PARTLY_SEEN.format(functions="cup")] * doubtful]
 
 
 @pytest.mark.parametrize(("stay", "nothing"), [(FEW // 2, True), (FEW // 2 + 1, False)])
