@@ -172,9 +172,7 @@ def spiky_share(surface: HeightMap) -> float:
     A part consists of connected cells; the medians of a hand's breadth around them are no steeper than what carries a
     person. What lies on a seat, slats, cushions and slopes leave most cells near these medians, and spikes do not.
     """
-    heights = np.where(np.isfinite(surface.heights), surface.heights, 0.0)
-    medians = ndimage.median_filter(heights, across_hand(surface))
-    apart = np.abs(heights - medians)
+    medians, apart = medians_of(surface, across_hand(surface))
     gentle = ndimage.maximum_filter(medians, 3) - ndimage.minimum_filter(medians, 3) <= rise_of(surface, STEEP_DEG)
     labels, count = ndimage.label(gentle & (medians > 0) & (apart < SAME_SURFACE) & np.isfinite(surface.heights))
     if count == 0:
@@ -182,15 +180,21 @@ def spiky_share(surface: HeightMap) -> float:
     return float(np.mean(apart[labels == 1 + np.argmax(np.bincount(labels.ravel())[1:])] > FINGER))
 
 
+def medians_of(surface: HeightMap, across: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the medians (X, Y) of so many cells across around each cell, and how far each cell is from its median."""
+    heights = np.where(np.isfinite(surface.heights), surface.heights, 0.0)
+    medians = ndimage.median_filter(heights, across)
+    return medians, np.abs(heights - medians)
+
+
 def level_breadth(surface: HeightMap, slope_deg: float, lowest: float, highest: float) -> float:
     """Return how broad the largest disc is on a surface between two heights that is no steeper than a slope, metres.
 
     The slope is that of the medians of half a hand's breadth, from which cells differ by less than twice `FINGER`.
     """
-    heights = np.where(np.isfinite(surface.heights), surface.heights, 0.0)
-    medians = ndimage.median_filter(heights, across_hand(surface) // 2 + 1)
+    medians, apart = medians_of(surface, across_hand(surface) // 2 + 1)
     slopes = np.hypot(*np.gradient(ndimage.uniform_filter(medians, 3), surface.cell))
-    level = (slopes <= np.tan(np.radians(slope_deg))) & (np.abs(heights - medians) < 2 * FINGER)
+    level = (slopes <= np.tan(np.radians(slope_deg))) & (apart < 2 * FINGER)
     level &= (medians > lowest) & (medians < highest)
     return 2 * surface.cell * float(ndimage.distance_transform_edt(np.pad(level, 1)).max() - 0.5)
 
