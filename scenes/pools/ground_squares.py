@@ -18,6 +18,11 @@ class GroundSquares:
     corner: np.ndarray  # (2,) int64, square of the mask's first element
     mask: np.ndarray  # (X, Y) bool
 
+    @property
+    def x_range(self) -> tuple[float, float]:
+        """Between which places along x the mask lies, metres."""
+        return self.corner[0] * SCAN.cell, (self.corner[0] + len(self.mask)) * SCAN.cell
+
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
         inside = np.empty(len(points), bool)

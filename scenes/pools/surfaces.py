@@ -15,7 +15,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.simulator import DropSettings, Simulator, drop_on, isolated, make_simulator
 
-from ..scans.cells import cells
+from ..scans.cells import Cells, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..settings import POOL, SCAN
 from .ground_squares import GroundSquares
@@ -97,7 +97,7 @@ class Pool:
         return self.area >= POOL.table_area and self.height >= POOL.table_height
 
 
-def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:
+def level_pools(voxels: Cells, centers: np.ndarray, radius: float) -> list[Pool]:
     """Return the pools of spheres of a radius in metres, the largest surface first.
 
     Spheres are in one pool if a chain of neighbours at one height connects them. A surface may continue below something
@@ -105,7 +105,8 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
 
     Parameters
     ----------
-    points : (N, 3) float64, metres, level frame
+    voxels : Cells
+        Of the scene's points, level frame; their means are followed.
     centers : (S, 3) float64, metres
         Where spheres rest.
     """
@@ -115,15 +116,15 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))
         if len(members) >= POOL.min_rests
-        for pool in pools_at(points, centers[members], feet[members])
+        for pool in pools_at(voxels, centers[members], feet[members])
     ]
     return sorted(pools, key=lambda pool: (-pool.area, pool.height))
 
 
-def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
+def pools_at(voxels: Cells, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
     """Return the pools of a chain of spheres (S, 3) with their lowest points (S, 3): one for each surface."""
     low, high = np.percentile(feet[:, 2], [10, 90]) + [-POOL.slab, POOL.slab]
-    squares, heights = level_squares(points[near_feet(points, feet)], low, high)
+    squares, heights = level_squares(near_feet(voxels, feet), low, high)
     if not len(squares):
         return []
     surface_of = euclidean_clusters(np.column_stack([squares * SCAN.cell, np.zeros(len(squares))]), POOL.apart)
@@ -135,14 +136,15 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
     ]
 
 
-def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
+def near_feet(voxels: Cells, feet: np.ndarray) -> np.ndarray:
+    """Return the means (M, 3) of the voxels that lie within a metre around spheres' feet (S, 3)."""
     reach = [1, 1, POOL.slab + POOL.upright]
     low, high = feet.min(axis=0) - reach, feet.max(axis=0) + reach
+    points = voxels.means[voxels.along_x(low[0], high[0])]
     inside = np.ones(len(points), bool)
     for column, least, most in zip(points.T, low, high, strict=True):  # which is much quicker than rows of three
         inside &= (column >= least) & (column <= most)
-    return inside
+    return points[inside]
 
 
 def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:

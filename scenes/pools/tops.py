@@ -19,27 +19,29 @@ from .ground_squares import GroundSquares
 from .surfaces import Pool, upper_face
 
 
-def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
-    """Return which points may be a pool's object, (N,) bool: also those that rise from its edge, unless it is a table.
+def cut_out(voxels: Cells, pool: Pool, gap: float) -> np.ndarray:
+    """Return the points (K,) int64 that may be a pool's object, ascending: also what rises from the edge of a seat.
 
     Parameters
     ----------
-    points : (N, 3) float64, metres, level frame
-        Of the scene without ground and walls.
+    voxels : Cells
+        Of the scene's points without ground and walls, level frame.
     pool : Pool
     gap : float
         Largest distance of a back's lower edge above the surface, metres.
     """
     ground = pool.footprint
+    beside = voxels.along_x(*ground.x_range)
+    points = voxels.means[beside]
     bare = ground.grown(2 * SCAN.cell).holds(points) & (points[:, 2] < pool.height + POOL.slab)
     if pool.is_table:
-        return bare
+        return voxels.points_in(beside.start + np.flatnonzero(bare))
     free = ~bare & (points[:, 2] >= pool.height + POOL.slab) & (points[:, 2] < POOL.highest)
     rising, middle = np.flatnonzero(ground.grown(POOL.back_reach).holds(points) & free), ground.shrunk(POOL.back_reach)
     for members in members_of(euclidean_clusters(points[rising], POOL.slab)):
         if is_back(points[rising[members]], pool, middle, gap):
             bare[rising[members]] = True
-    return bare
+    return voxels.points_in(beside.start + np.flatnonzero(bare))
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: GroundSquares, gap: float) -> bool:
@@ -75,8 +77,11 @@ def top_of_pool(points: np.ndarray, pool: Pool, voxels: Cells) -> Top:
         Of these points.
     """
     ground = pool.footprint.grown(POOL.slab)
-    within_reach = ground.grown(1.5 * SCAN.cell).holds(voxels.means)  # a point lies at most a square from its mean
-    near = np.flatnonzero(within_reach[voxels.cell_of])
+    beside = voxels.along_x(*ground.x_range)
+    within_reach = ground.grown(1.5 * SCAN.cell).holds(
+        voxels.means[beside]
+    )  # a point is at most a square from its mean
+    near = voxels.points_in(beside.start + np.flatnonzero(within_reach))
     near = near[ground.holds(points[near])]
     part = points[near]
     on_top = np.abs(part[:, 2] - pool.height) < POOL.slab

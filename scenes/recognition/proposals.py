@@ -14,7 +14,7 @@ from spherefunc_bullet.simulator import Simulator
 from ..pools.surfaces import Pool, level_pools, parted_at_necks, resting_places
 from ..pools.tops import Top, cut_out, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
-from ..scans.cells import cells
+from ..scans.cells import Cells, cells
 from ..segmentation.clusters import Box, bounding_box, members_of
 from ..segmentation.segmentation import FLOOR, WALL
 from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
@@ -165,14 +165,12 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
     candidates = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
     points = scene.points[candidates]
     voxels = cells(points, SEGMENTATION.leaf_size)
-    pools, centers = layers_of_pools(thinned.means, voxels.means, simulator, seed)
+    pools, centers = layers_of_pools(thinned.means, voxels, simulator, seed)
     if not cautious:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, RECOGNITION.radius)]
     gap = POOL.cautious_gap if cautious else POOL.back_gap
-    cuts = [cut_out(voxels.means, pool, gap)[voxels.cell_of] for pool in pools]
     proposed = [
-        Proposal(by=POOLS, members=candidates[cut], support=0.0, pool=pool)
-        for cut, pool in zip(cuts, pools, strict=True)
+        Proposal(by=POOLS, members=candidates[cut_out(voxels, pool, gap)], support=0.0, pool=pool) for pool in pools
     ]
     tops = [top_of_pool(points, pool, voxels) for pool in pools if pool.area >= POOL.part_area]
     tops += [ground_top(points)] if scene.on_table else []
@@ -183,7 +181,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious
 
 
 def layers_of_pools(
-    solid: np.ndarray, points: np.ndarray, simulator: str | Simulator, seed: int
+    solid: np.ndarray, voxels: Cells, simulator: str | Simulator, seed: int
 ) -> tuple[list[Pool], np.ndarray]:
     """Return the pools of spheres on a scene and on what its surfaces cover, and the spheres' centres (S, 3), metres.
 
@@ -194,13 +192,13 @@ def layers_of_pools(
     ----------
     solid : (N, 3) float64, metres, level frame
         The scene without its floor.
-    points : (M, 3) float64, metres, level frame
-        Those of its points that are not part of a wall either.
+    voxels : Cells
+        Of those of its points that are not part of a wall either.
     """
     pools, centers = [], []
     while True:
         centers.append(resting_places(solid, simulator, RECOGNITION.radius, seed=seed))
-        layer = [pool for pool in level_pools(points, centers[-1], RECOGNITION.radius) if pool.height > POOL.lowest]
+        layer = [pool for pool in level_pools(voxels, centers[-1], RECOGNITION.radius) if pool.height > POOL.lowest]
         pools += [pool for pool in layer if pool.height < POOL.highest]
         covered = [under(pool, solid) for pool in layer if pool.area >= POOL.part_area]
         if not covered:

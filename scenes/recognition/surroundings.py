@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..scans.cells import cells
+from ..scans.cells import Cells, cells
 from ..settings import POOL, RECOGNITION, SCAN
 from .directions import SEEN_NEAR, look_around_level, polar, tangents
 
@@ -24,22 +24,6 @@ NAMES = (
     "highest_near", "highest_far",  # metres above the level, of points around it
     "from_wall",  # metres, at most 1
 )  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Voxels:
-    """A scene's voxels of one size, sorted along x."""
-
-    side: float  # metres
-    means: np.ndarray  # (V, 3) float64, metres
-    keys: np.ndarray  # (V,) int64, ascending, as `cells` packs them
-
-    def around(self, low: np.ndarray, high: np.ndarray) -> tuple[slice, np.ndarray]:
-        """Return the voxels that are within reach of a box's corners (3,) along x, and the range (2,) along y."""
-        reach = RECOGNITION.far_level + SCAN.cell
-        ends = np.array([[low[0] - reach, 0, 0], [high[0] + reach, 0, 0]])
-        first, last = np.searchsorted(self.keys, cells(ends, self.side).keys)
-        return slice(first, last), np.array([low[1] - reach, high[1] + reach])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +47,8 @@ class ScanSurroundings:
         mine = cells(members, voxels.side)
         level = level_of(mine.means, voxels.side)
         low, high = mine.means.min(axis=0), mine.means.max(axis=0)
-        reached, y_range = voxels.around(low, high)
+        first, last = low - RECOGNITION.far_level - SCAN.cell, high + RECOGNITION.far_level + SCAN.cell
+        reached, y_range = voxels.along_x(first[0], last[0]), np.array([first[1], last[1]])
         around = around_level(voxels.means[reached], voxels.keys[reached], mine.keys, level, support, y_range)
         shape = own_shape(mine.means, level, support)
         wall = np.hypot(*(self._walls - level.middle).T).min(initial=np.inf) - level.edge.mean()
@@ -73,12 +58,8 @@ class ScanSurroundings:
         ])  # fmt: skip
 
     @cached_property
-    def _voxels(self) -> dict[float, Voxels]:
-        voxels = {}
-        for _, side in RECOGNITION.voxels:
-            thinned = cells(self.points, side)
-            voxels[side] = Voxels(side=side, means=thinned.means, keys=thinned.keys)
-        return voxels
+    def _voxels(self) -> dict[float, Cells]:
+        return {side: cells(self.points, side) for _, side in RECOGNITION.voxels}
 
     @cached_property
     def _walls(self) -> np.ndarray:

@@ -20,7 +20,7 @@ _DIGIT = (6, 12)  # bits that one pass of sorting looks at, for few and for many
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Which cell of a cubic grid each point lies in; the occupied cells are in the order of their keys."""
+    """Which cell of a cubic grid each point lies in; occupied ones are in the order of their keys, along x first."""
 
     points: np.ndarray  # (N, 3) float64, metres
     side: float  # metres
@@ -46,6 +46,17 @@ class Cells:
         """The cells (C, 3) int64 along x, y and z; 0 begins at the origin."""
         mask = (1 << _BITS) - 1
         return np.stack([self.keys >> 2 * _BITS, self.keys >> _BITS & mask, self.keys & mask], axis=1) - _OFFSET
+
+    def along_x(self, low: float, high: float) -> slice:
+        """Return the cells with points between two places along x, metres; others are at most a cell farther away."""
+        first, end = (int(np.floor(x / self.side)) + _OFFSET << 2 * _BITS for x in (low, high + self.side))
+        return slice(*np.searchsorted(self.keys, [first, end]))
+
+    def points_in(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the points (M,) int64 of some cells (K,) int64, ascending."""
+        counts = self.counts[chosen]
+        ends = np.cumsum(counts)
+        return np.sort(self.order[np.arange(counts.sum()) + np.repeat(self.start[chosen] - ends + counts, counts)])
 
     @property
     def interior(self) -> np.ndarray:

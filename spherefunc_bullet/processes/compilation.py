@@ -34,10 +34,12 @@ _choosing = threading.Lock()  # numba has one setting for all threads
 def njit(function: Callable | None = None, *, cache: bool = False, **options: Any) -> Any:
     """Return a kernel as numba's ``njit`` does; with ``cache``, its code is cached for the current sources only.
 
-    Where no folder for it can be written, the code is compiled again in each process.
+    Kernels release Python's lock: they write only to arrays that they are given, so threads run side by side. Where no
+    folder for it can be written, the code is compiled again in each process.
     """
     if function is None:
         return partial(njit, cache=cache, **options)
+    options = {"nogil": True, **options}
     if not cache:
         return numba.njit(**options)(function)
     with _choosing:
@@ -87,12 +89,12 @@ def cache_folder(local: Path) -> Path:
 
 @cache
 def dependency_hash(module: str) -> str:
-    """Return a hash of everything that a module's kernels depend on: its file, kernels of other files, and numbers.
+    """Return a hash of what a module's kernels depend on: this file, its own, kernels of other files, and numbers.
 
     Arrays are not included, since no kernel uses one from its module.
     """
     loaded = sys.modules[module]
-    digest = hashlib.sha256(Path(loaded.__file__).read_bytes())
+    digest = hashlib.sha256(Path(__file__).read_bytes() + Path(loaded.__file__).read_bytes())
     for name, value in sorted(vars(loaded).items()):
         origin = getattr(value, "__module__", None) or ""
         if type(value).__module__.startswith("numba.") and origin != module and origin in sys.modules:

@@ -6,9 +6,16 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 from checkout import ROOT
+from clouds import mug
+from numba.core.dispatcher import Dispatcher
+
+import spherefunc_bullet as sf
+import spherefunc_bullet.scenes.recognition.recognition  # noqa: F401 (for its kernels)
 
 REPOSITORY = ROOT
 OWN_FILE_ALONE = {"lzf.py"}  # kernels that take nothing from other files
@@ -125,6 +132,23 @@ def test_code_is_compiled_each_time_where_no_folder_for_it_can_be_written(kernel
 def test_code_is_compiled_each_time_where_the_disk_is_full(kernels):
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "  # no file may get any content
     assert [kernels(code=full + RUN) for _ in range(2)] == [(5, False)] * 2
+
+
+def test_kernels_let_other_threads_run_meanwhile():
+    loaded = [vars(module) for name, module in sys.modules.items() if name.startswith("spherefunc_bullet.")]
+    kernels = {id(value): value for names in loaded for value in names.values() if isinstance(value, Dispatcher)}
+    assert len(kernels) > 30
+    assert all(kernel.targetoptions["nogil"] for kernel in kernels.values())
+
+
+def test_answers_in_threads_are_those_of_one_thread():
+    def answer(height: float) -> dict[str, float]:
+        return sf.classify(mug(0.03, height), cache=False).scores
+
+    heights = np.linspace(0.06, 0.12, 6)
+    with ThreadPoolExecutor(3) as threads:
+        at_once = list(threads.map(answer, heights))
+    assert at_once == [answer(height) for height in heights]
 
 
 def test_every_file_with_kernels_has_them_kept_so():

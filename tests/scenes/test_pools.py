@@ -14,7 +14,7 @@ from spherefunc_bullet.scenes.pools.tops import cut_out, ground_top, objects_on,
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
 from spherefunc_bullet.scenes.scans.cells import cells
-from spherefunc_bullet.scenes.settings import POOL, SCAN
+from spherefunc_bullet.scenes.settings import POOL, SCAN, SEGMENTATION
 
 RADIUS = 0.04
 
@@ -32,7 +32,11 @@ def pushed_chair() -> np.ndarray:
 
 def pools_of(points: np.ndarray):
     centers = resting_places(points, "fast", RADIUS)
-    return level_pools(points, centers, RADIUS)
+    return level_pools(voxels_of(points), centers, RADIUS)
+
+
+def voxels_of(points: np.ndarray):
+    return cells(points, SEGMENTATION.leaf_size)
 
 
 @pytest.mark.parametrize("backend", ["fast", "bullet"])
@@ -54,7 +58,7 @@ def test_the_same_seed_drops_the_same_spheres():
 
 def test_nothing_to_rest_on_is_no_error():
     assert resting_places(np.empty((0, 3)), "fast", RADIUS).shape == (0, 3)
-    assert level_pools(np.empty((0, 3)), np.empty((0, 3)), RADIUS) == []
+    assert level_pools(voxels_of(np.empty((0, 3))), np.empty((0, 3)), RADIUS) == []
 
 
 def test_a_table_and_a_chair_pushed_under_it_are_two_pools():
@@ -69,11 +73,11 @@ def test_a_table_and_a_chair_pushed_under_it_are_two_pools():
 def test_a_chair_is_cut_out_with_legs_and_back_and_without_the_table():
     points = pushed_chair()
     table, seat = pools_of(points)
-    own = points[cut_out(points, seat, POOL.back_gap)]
+    own = points[cut_out(voxels_of(points), seat, POOL.back_gap)]
     assert own[:, 2].max() > 0.85
     assert own[:, 2].min() < 0.05
     assert np.ptp(own[:, 0]) < 0.6
-    top = points[cut_out(points, table, POOL.back_gap)]
+    top = points[cut_out(voxels_of(points), table, POOL.back_gap)]
     assert top[:, 2].max() < 0.78
     assert np.ptp(top[:, 0]) == pytest.approx(1.4, abs=0.03)
 
@@ -83,7 +87,7 @@ def test_surfaces_that_a_neck_connects_are_pools_each_and_together():
     neck = moved(sheet_at(0.07, 0.8, 0.445), 0.1, 0.4)
     points = np.vstack([table, seat, neck])
     centers = resting_places(points, "fast", RADIUS)
-    whole = level_pools(points, centers, RADIUS)[0]
+    whole = level_pools(voxels_of(points), centers, RADIUS)[0]
     parts = parted_at_necks(whole, centers, RADIUS)
     assert whole.area > 0.7
     assert sorted(part.area for part in parts) == pytest.approx([0.2, 0.54], rel=0.2)
