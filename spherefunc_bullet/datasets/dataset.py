@@ -18,9 +18,17 @@ from ..errors import InputError, escaped, explaining, one_line
 from .catalogue import built_catalogue, catalogue_entry_points
 
 NONE = "none"
-SUFFIXES = {".ply", ".pcd", ".obj", ".stl", ".3ds", ".off", ".glb", ".gltf", ".dae", ".3mf", ".xyz", ".las", ".laz"}
-# CSV and TXT are more often tables, and URDF names files beside it.
-SUFFIXES |= {".npz", ".npy", ".usd", ".usda", ".usdc", ".usdz"}
+SUFFIXES = {".ply", ".pcd", ".obj", ".stl", ".3ds", ".off", ".glb", ".gltf", ".dae", ".3mf", ".xyz"}
+SUFFIXES |= {
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+    ".las",
+    ".laz",
+    ".npz",
+    ".npy",
+}  # CSV and TXT are more often tables, and URDF names files beside it
 
 
 @dataclass(frozen=True, kw_only=True)
