@@ -19,16 +19,7 @@ from .catalogue import built_catalogue, catalogue_entry_points
 
 NONE = "none"
 SUFFIXES = {".ply", ".pcd", ".obj", ".stl", ".3ds", ".off", ".glb", ".gltf", ".dae", ".3mf", ".xyz"}
-SUFFIXES |= {
-    ".usd",
-    ".usda",
-    ".usdc",
-    ".usdz",
-    ".las",
-    ".laz",
-    ".npz",
-    ".npy",
-}  # CSV and TXT are more often tables, and URDF names files beside it
+SUFFIXES |= {".las", ".laz", ".npz", ".npy"}  # CSV and TXT are more often tables, and URDF names files beside it
 
 
 @dataclass(frozen=True, kw_only=True)
