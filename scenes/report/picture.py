@@ -6,13 +6,14 @@ Cyan is to sit on, magenta are tables, as in the paper.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..recognition.recognition import Room
 from ..scans.scan import Scan
+from ..segmentation.segmentation import WALL
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -20,12 +21,15 @@ if TYPE_CHECKING:
 FUNCTION_COLOURS = {"sittable": (0, 190, 215), "table": (225, 0, 190), "cup": (245, 150, 0)}
 _FURTHER = ((0, 158, 115), (120, 94, 240), (213, 94, 0), (120, 120, 0))  # of other functions
 _SHADES = np.array([[90, 96, 110], [225, 226, 230]])  # of points without colour, from the lowest to the highest
-_FADED = 0.45  # towards white, for points of no object
+_FADED = 0.3  # towards white, for points of no object
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
 _GREY = (120, 120, 120)
+_FILLED = 0.92  # of a picture's width or height, by its contents
+_LARGEST = 10  # pixels, side of a point
+_NEIGHBOURS = 4  # of a point on a surface, those that are next to it
 _ELEVATION_DEG = 32.0
 
 
@@ -64,17 +68,28 @@ class Camera:
     eye: np.ndarray  # (3,) metres, level frame
     axes: np.ndarray  # (3, 3) rows: right, down, forward
     size: tuple[int, int]  # pixels
+    zoom: float = 1.0
+    middle: tuple[float, float] = (0.0, 0.0)  # pixels from the optical axis to the middle of the picture
 
     @property
     def focal(self) -> float:
         """Focal length, pixels."""
-        return self.size[1] / _FIELD
+        return self.zoom * self.size[1] / _FIELD
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Return pixels and distances (N, 3) of points (N, 3): to the right, down, and forward in metres."""
         seen = (points - self.eye) @ self.axes.T
         depth = np.maximum(seen[:, 2], 1e-3)
-        return np.column_stack([seen[:, :2] / depth[:, None] * self.focal + np.array(self.size) / 2, depth])
+        offset = np.array(self.size) / 2 - self.middle
+        return np.column_stack([seen[:, :2] / depth[:, None] * self.focal + offset, depth])
+
+    def filled_by(self, points: np.ndarray) -> Camera:
+        """Return the same camera with its picture cut out around points (N, 3)."""
+        places = self.project(points)[:, :2]
+        low, high = places.min(axis=0), places.max(axis=0)
+        zoom = float((_FILLED * np.array(self.size) / np.maximum(high - low, 1)).min())
+        middle = zoom * ((low + high - self.size) / 2 + self.middle)
+        return replace(self, zoom=zoom * self.zoom, middle=(float(middle[0]), float(middle[1])))
 
 
 def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[int, int]) -> Camera:
@@ -107,14 +122,16 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     step = max(1, len(points) // _MAX_POINTS)
     colours = point_colours(scan, room, points)[::step]
     points, labels = points[::step], room.labels[::step]
-    shown = points[labels != -2] if (labels >= 0).any() else points
+    shown = points[labels != WALL] if (labels >= 0).any() else points
     marks = [*inferred_marks(room), *marks_of(room)]
     low, high = span(shown, marks)
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
     points, colours, labels = points[inside], colours[inside], labels[inside]
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
-    image = Image.fromarray(splatted(camera, points, colours))
+    camera = camera.filled_by(np.vstack([points[labels != WALL], *(mark.corners for mark in marks)]))
+    open_room = ~in_front(camera, points, labels)
+    image = Image.fromarray(splatted(camera, points[open_room], colours[open_room]))
     draw_marks(image, camera, marks)
     return image.resize(size, Image.Resampling.LANCZOS)
 
@@ -133,27 +150,47 @@ def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: 
     """Return the direction, in degrees, from which most points of objects are seen."""
     chosen = slice(None, None, max(1, len(points) // 60_000))
     points, labels = points[chosen], labels[chosen]
-    marks = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8)
-    cameras = [look_at(low, high, azimuth, (160, 120)) for azimuth in range(0, 360, 45)]
-    seen = [splatted(camera, points, marks, paper=0)[..., 0].sum() for camera in cameras]
+    marks, seen = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8), []
+    for azimuth in range(0, 360, 45):
+        camera = look_at(low, high, azimuth, (160, 120))
+        open_room = ~in_front(camera, points, labels)
+        seen.append(splatted(camera, points[open_room], marks[open_room], paper=0)[..., 0].sum())
     return 45.0 * int(np.argmax(seen))
 
 
+def in_front(camera: Camera, points: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) are of a wall or ceiling on the camera's side of the room, (N,) bool."""
+    middle, forward = np.median(points[:, :2], axis=0), camera.axes[2, :2]
+    return (labels == WALL) & ((points[:, :2] - middle) @ forward < 0)
+
+
 def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int = _PAPER) -> np.ndarray:
-    """Return an image (H, W, 3) uint8 of points as squares, the nearest in front."""
+    """Return an image (H, W, 3) uint8 of points as squares that close the gaps between them, the nearest in front."""
     width, height = camera.size
+    image, nearest = np.full((height * width, 3), paper, np.uint8), np.full(height * width, np.inf)
     at = camera.project(points)
-    image = np.full((height * width, 3), paper, np.uint8)
-    order = np.argsort(-at[:, 2], kind="stable")  # the nearest is painted last
-    x, y = np.floor(at[order, :2]).astype(np.int64).T
-    colours = colours[order]
-    reach = int(np.clip(np.sqrt(width * height / max(len(points), 1)) * 0.9, 1, 4))
-    for dx in range(-(reach // 2), reach - reach // 2):
-        for dy in range(-(reach // 2), reach - reach // 2):
-            inside = (x + dx >= 0) & (x + dx < width) & (y + dy >= 0) & (y + dy < height)
-            # For equal pixels numpy keeps the last value, which is the nearest point's.
-            image[(y[inside] + dy) * width + x[inside] + dx] = colours[inside]
+    order = np.argsort(-at[:, 2], kind="stable")  # for equal pixels numpy keeps the last value: the nearest point's
+    colours, depth = colours[order], at[order, 2]
+    sides = np.clip(np.ceil(spacing_of(points) * camera.focal / depth), 1, _LARGEST).astype(np.int64)
+    x, y = (np.floor(at[order, :2].T) - sides // 2).astype(np.int64)
+    for step in np.ndindex(*2 * (sides.max(initial=1),)):
+        inside = (x + step[0] >= 0) & (x + step[0] < width) & (y + step[1] >= 0) & (y + step[1] < height)
+        drawn = np.flatnonzero(inside & (sides > max(step)))
+        pixels = (y[drawn] + step[1]) * width + x[drawn] + step[0]
+        visible = depth[drawn] <= nearest[pixels]
+        pixels, drawn = pixels[visible], drawn[visible]
+        image[pixels], nearest[pixels] = colours[drawn], depth[drawn]
     return image.reshape(height, width, 3)
+
+
+def spacing_of(points: np.ndarray) -> float:
+    """Return the usual distance between neighbours among points (N, 3), metres."""
+    from scipy.spatial import cKDTree
+
+    if len(points) < _NEIGHBOURS + 1:
+        return 0.0
+    some = points[:: max(1, len(points) // 2000)]
+    return float(np.median(cKDTree(points).query(some, k=_NEIGHBOURS + 1)[0][:, -1]))
 
 
 def marks_of(room: Room) -> list[BoxMark]:

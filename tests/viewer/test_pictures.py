@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from PIL import Image
 
-from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, look_at, span
+from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, in_front, look_at, span, splatted
+from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, WALL
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.mechanics_pictures import captioned, in_rows
 from spherefunc_bullet.viewer.pictures import (
@@ -152,3 +153,33 @@ def test_a_picture_shows_whole_boxes_where_the_scan_has_points_of_a_part_alone(a
     assert ((pixels >= 0) & (pixels <= camera.size)).all()
     alone = look_at(*span(top, []), azimuth_deg, (800, 600)).project(legs)[:, :2]
     assert not ((alone >= 0) & (alone <= camera.size)).all()
+
+
+def upright_sheet(y: float) -> np.ndarray:
+    """Return points (N, 3) a centimetre apart on a sheet of 1 x 1 m."""
+    x, z = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(0.0, 1.0, 0.01))
+    return np.column_stack([x.ravel(), np.full(x.size, y), z.ravel()])
+
+
+def test_points_of_a_surface_close_its_gaps_and_hide_what_is_behind():
+    near, far = upright_sheet(-0.5), upright_sheet(0.5)
+    red, green = np.tile(np.uint8([255, 0, 0]), (len(near), 1)), np.tile(np.uint8([0, 255, 0]), (len(far), 1))
+    camera = look_at(np.array([-0.5, -0.5, 0.0]), np.array([0.5, 0.5, 1.0]), -90.0, (800, 600))
+    image = splatted(camera, np.vstack([near, far]), np.vstack([red, green]))
+    x, y = camera.project(np.array([[-0.3, -0.5, 0.9], [0.3, -0.5, 0.1]]))[:, :2].round().astype(int).T
+    assert (image[y[0] : y[1], x[0] : x[1]] == [255, 0, 0]).all()  # though a point is some four pixels from the next
+
+
+def test_a_picture_is_filled_by_what_it_shows():
+    points = np.random.default_rng(0).uniform([-2, -0.2, 0], [-1, 0.2, 0.1], (500, 3))
+    camera = look_at(np.array([-3.0, -3, 0]), np.array([3.0, 3, 2]), 45.0, (800, 600)).filled_by(points)
+    low, high = camera.project(points)[:, :2].min(axis=0), camera.project(points)[:, :2].max(axis=0)
+    assert (low + high) / 2 == pytest.approx([400, 300], abs=1)
+    assert ((high - low) / camera.size).max() == pytest.approx(0.92, abs=0.01)
+
+
+def test_walls_between_the_camera_and_the_room_are_left_out():
+    points = np.vstack([upright_sheet(-1.0), upright_sheet(1.0), upright_sheet(0.0)])
+    labels = np.repeat([WALL, WALL, FLOOR], len(points) // 3)
+    camera = look_at(np.array([-0.5, -1.0, 0.0]), np.array([0.5, 1.0, 1.0]), -90.0, (80, 60))
+    assert np.array_equal(np.unique(points[in_front(camera, points, labels), 1]), [-1.0])
