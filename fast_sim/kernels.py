@@ -9,5 +9,5 @@ from __future__ import annotations
 
 from spherefunc_bullet.processes.compilation import njit
 
-entry_jit = njit(cache=True, error_model="numpy", _nrt=False)  # called by Python, or rarely
+entry_jit = njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # called by Python, or rarely
 inline_jit = njit(error_model="numpy", _nrt=False, forceinline=True)  # exist only as parts of others
