@@ -39,7 +39,8 @@ PackagePath = Annotated[
         "--package-path",
         metavar="DIR",
         callback=lambda folders: point_to_packages(folders),
-        help="Folder of the ROS packages that URDF files refer to; may be repeated. Used with ROS_PACKAGE_PATH.",
+        help="Folder of ROS packages, or of layers, that URDF or USD files refer to; may be repeated. "
+        "Used with ROS_PACKAGE_PATH.",
     ),
 ]
 Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm. Default: those of the method.")]

@@ -22,13 +22,14 @@ from . import FormatError
 from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
 # Formats whose files name other files; the module of their reader has a function `named_sources` that returns them.
-NAMING = (".gltf", ".glb", ".urdf")
+NAMING = (".gltf", ".glb", ".urdf", ".usd", ".usda", ".usdc")
 LFS = "Git LFS"  # files of a few lines that stand for others, which were not fetched
 # First bytes by which a file with the wrong ending is recognised.
 _SIGNATURES = {
     b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
-    b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
-    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY", b"version https://git-lfs": LFS,
+    b"PK\x03\x04": "NPZ, 3MF, USDZ or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
+    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY", b"#usda ": "USD or USDA", b"PXR-USDC": "USD or USDC",
+    b"version https://git-lfs": LFS,
 }  # fmt: skip
 # The module in ``formats`` and its function for each ending; imported when the first such file is read.
 READERS = {
@@ -43,6 +44,10 @@ READERS = {
     ".dae": ("scenes.collada", "read_dae"),
     ".3mf": ("scenes.three_mf", "read_3mf"),
     ".urdf": ("scenes.urdf", "read_urdf"),
+    ".usd": ("scenes.usd", "read_usd"),
+    ".usda": ("scenes.usd", "read_usd"),
+    ".usdc": ("scenes.usd", "read_usd"),
+    ".usdz": ("scenes.usd", "read_usd"),
     ".xyz": ("points.xyz", "read_xyz"),
     ".csv": ("points.xyz", "read_xyz"),
     ".txt": ("points.xyz", "read_xyz"),
@@ -72,7 +77,7 @@ class Source:
             raise InputError(f"{shown}: cannot be read: {reason}; check the path and its permissions") from error
         if not data:
             raise InputError(f"{shown}: expected a mesh or a cloud, got an empty file; was its download cut off?")
-        if self.kind in READERS:  # a format that is not read, such as USDZ, may be any archive
+        if self.kind in READERS:  # a format that is not read may be any archive
             _require_own_signature(data, self.kind, one_line(self.path.name))
         return data
 
@@ -206,14 +211,15 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     Parameters
     ----------
     file : str, Path or Source
-        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the
-        ending. Polygons are divided into triangles; the parts of a scene become one object in the scene's frame.
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, USD (also USDA, USDC, USDZ), XYZ, CSV, TXT, LAS, LAZ,
+        NPZ or NPY, recognised by the ending. Polygons are divided into triangles; the parts of a scene become one
+        object in the scene's frame.
 
     Returns
     -------
     Geometry
-        In the file's own units and axes, except that DAE, which states both, comes in metres with z up, and 3MF, which
-        states its unit, in metres; with the colours and labels of the vertices if a PLY or PCD file has them. The
+        In the file's own units and axes, except that DAE and USD, which state both, come in metres with z up, and 3MF,
+        which states its unit, in metres; with the colours and labels of the vertices if a PLY or PCD file has them. The
         points of a cloud may be NaN where the sensor measured nothing; the vertices of a mesh are finite.
 
     Raises

@@ -24,7 +24,22 @@ def sorted_corners(geometry):
     return corners[np.lexsort(corners.round(6).T)]
 
 
-MESHES = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf"]
+MESHES = [
+    "ply",
+    "ply ascii",
+    "obj",
+    "stl",
+    "stl ascii",
+    "off",
+    "glb",
+    "3ds",
+    "npz",
+    "dae",
+    "3mf",
+    "usda",
+    "usdc",
+    "usdz",
+]
 CLOUDS = ["ply", "pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "npz", "npy", "csv", "txt"]
 
 

@@ -4,6 +4,8 @@ import io
 import struct
 import zipfile
 from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ import trimesh
 MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
 # What the extra ``formats`` brings, by ending; without it the tests of these formats are skipped, each by itself.
 NEEDED = {"dae": ("collada",), "3mf": ("lxml",), "urdf": ("yourdfpy",), "las": ("laspy",), "laz": ("laspy", "lazrs")}
+USD_ENDINGS = ("usd", "usda", "usdc", "usdz")
+NEEDED |= {ending: ("pxr",) for ending in USD_ENDINGS}
 CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz", "npy", "csv", "txt")
 
 
@@ -91,6 +95,25 @@ def las_bytes(points, packed):
     return buffer.getvalue()
 
 
+def usd_bytes(ending, vertices, faces):
+    """Return a stage of one mesh, in metres and z up."""
+    from pxr import Usd, UsdGeom, UsdUtils, Vt
+
+    with TemporaryDirectory() as folder:
+        path = f"{folder}/mug.{ending.replace('z', 'c')}"
+        stage = Usd.Stage.CreateNew(path)
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+        mesh = UsdGeom.Mesh.Define(stage, "/Mug")
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.float32(vertices)))
+        mesh.CreateFaceVertexCountsAttr([3] * len(faces))
+        mesh.CreateFaceVertexIndicesAttr(faces.ravel().tolist())
+        stage.GetRootLayer().Save()
+        if ending == "usdz":
+            UsdUtils.CreateNewUsdzPackage(path, path := f"{folder}/mug.usdz")
+        return Path(path).read_bytes()
+
+
 def npy_bytes(array):
     """Return an NPY file of an array."""
     buffer = io.BytesIO()
@@ -105,6 +128,8 @@ def mesh_bytes(ending, vertices, faces):
         return three_ds_bytes(vertices, faces)
     if ending == "npz":
         return npz_bytes(vertices=vertices, faces=faces)
+    if ending in USD_ENDINGS:
+        return usd_bytes(ending, vertices, faces)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if ending == "dae":  # trimesh writes what it has and calls it y up
         return mesh.export(file_type="dae").replace(b"Y_UP", b"Z_UP")

@@ -18,7 +18,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from cloud_files import cloud_bytes, mesh_bytes, missing_packages, mug
+from cloud_files import USD_ENDINGS, cloud_bytes, mesh_bytes, missing_packages, mug
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
@@ -26,6 +26,7 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
 
 MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz", "dae", "3mf", "urdf")
+MESHES += USD_ENDINGS
 CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy")
 KINDS = MESHES + CLOUDS
 SECONDS, MEMORY = 5.0, 2 << 30  # what one file may take

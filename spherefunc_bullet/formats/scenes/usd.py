@@ -1,0 +1,92 @@
+"""USD, read by usd-core: the parts that a renderer shows, in metres and z up, as the stage states its unit and axis.
+
+Meshes are read as they are before subdivision. Another process reads them, since damaged files can crash usd-core. It
+reads copies of the bytes that were hashed, in a folder where nothing else is.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from .. import FormatError
+from ..sources import Geometry, Source, fan_triangles, inside
+from .parts import Part, joined, primitive, turned_over
+from .urdf import PACKAGE_PATH
+
+_PROGRAM, _SECONDS = Path(__file__).with_name("usd_stage.py"), 120
+# Rotations from the axis of trimesh's solids to that of USD's: the columns are where x, y and z go.
+_AXES = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "Z": np.eye(3)}
+_UP = {"Y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), "Z": np.eye(3)}
+
+
+def _stage(path: Path, *options: str) -> tuple[dict[str, Any], np.lib.npyio.NpzFile]:
+    """Return what the program says about a stage, and its arrays; see `usd_stage`."""
+    import pxr  # noqa: F401 - missing here, it is missing in the other process
+
+    try:
+        command = [sys.executable, "-P", str(_PROGRAM), str(path.resolve()), *options]
+        done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise FormatError(f"expected a stage that is read in {_SECONDS} s; simplify it") from error
+    if done.returncode:
+        said = (
+            done.stderr.decode(errors="replace").splitlines()[-1] if done.returncode > 0 else "usd-core crashed on it"
+        )
+        raise FormatError(f"expected a stage of USD, could not read it ({said[:160]}); is it damaged?")
+    arrays = np.load(io.BytesIO(done.stdout))
+    return json.loads(str(arrays["about"])), arrays
+
+
+def named_sources(source: Source) -> dict[str, Source]:
+    """Return the other layers of the stage, by their paths; all must be below its folder or one of a package."""
+    source.data  # noqa: B018 - refuses a pipe, which the other process would wait for
+    about, _ = _stage(source.path, "--names")
+    folder = source.path.parent.resolve()
+    trees = [folder, *(Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part)]
+    for name in about["missing"] + [name for name in about["files"] if inside(Path(name), trees) is None]:
+        found = "is missing" if name in about["missing"] else "is elsewhere"
+        places = f"put it there, or name its folder in {PACKAGE_PATH}"
+        raise FormatError(f"expected the files that it refers to in its own folder, {name[-80:]!r} {found}; {places}")
+    return {os.path.relpath(name, folder): Source(Path(name), "") for name in about["files"]}
+
+
+def read_usd(source: Source) -> Geometry:
+    """Return the vertices (N, 3) in metres, z up, and triangles (M, 3)."""
+    files = {part.path.resolve(): part.data for part in source.parts()}
+    root = os.path.commonpath([path.parent for path in files])
+    with TemporaryDirectory() as folder:
+        copies = [Path(folder).resolve() / path.relative_to(root) for path in files]
+        for copy, data in zip(copies, files.values(), strict=True):
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(data)
+        about, arrays = _stage(copies[0])
+    if others := [*about["missing"], *({*about["files"]} - {*map(str, copies)})]:
+        raise FormatError(f"expected relative names of all other files, got {others[0][-80:]!r}; save it with these")
+    parts = [_solid(**solid) for solid in about["solids"]]
+    if len(arrays["counts"]):
+        parts.append((arrays["points"], fan_triangles(arrays["counts"], arrays["corners"])))
+    geometry = joined(parts)
+    return Geometry(about["metres"] * geometry.vertices @ _UP[about["up"]].T, geometry.faces)
+
+
+def _solid(kind: str, axis: str, transform: list[list[float]], **sizes: float) -> Part:
+    """Return the vertices and faces of a solid in the stage's frame."""
+    matrix = np.array(transform)
+    if kind == "cube":
+        vertices, faces = primitive("box", extents=3 * [sizes["size"]])
+    elif kind == "sphere":
+        vertices, faces = primitive("icosphere", radius=sizes["radius"])
+    else:
+        vertices, faces = primitive(kind, radius=sizes["radius"], height=sizes["height"])
+        middle = {"cone": sizes["height"] / 2, "capsule": 0.0}.get(kind, 0.0)
+        vertices = (vertices - [0, 0, middle]) @ np.transpose(_AXES[axis])
+    return vertices @ matrix[:3, :3].T + matrix[:3, 3], turned_over(faces, matrix[:3, :3])
