@@ -180,6 +180,13 @@ def test_a_part_of_a_file_is_refused_in_one_line(tmp_path, ending):
     assert "could not read it" in refusal(tmp_path / f"mug.{ending}")
 
 
+@pytest.mark.parametrize("reference", ["./leg.usda@</Other>#", "./leg.abc"])
+def test_a_part_that_is_not_in_the_file_or_of_another_format_is_refused(tmp_path, reference):
+    for name in ("leg.usda", "leg.abc"):
+        (tmp_path / name).write_text(CYLINDER)
+    assert "/Table/Leg" in refusal(write_table(tmp_path, reference))
+
+
 def test_what_cannot_be_read_is_refused_in_words(tmp_path):
     path = tmp_path / "a.usda"
     path.write_text(SOLID % ("Z", "PointInstancer", ""))

@@ -84,6 +84,8 @@ def main(path: str, names_alone: bool):
     meshes: list[Polygons] = []
     if not names_alone:
         stage, cache, solids = Usd.Stage.Open(path), UsdGeom.XformCache(), []
+        if errors := stage.GetCompositionErrors():
+            raise ValueError(f"{errors[0].rootSite.path} refers to what is not there or of another format")
         for prim in visible_parts(stage):
             transform = np.array(cache.GetLocalToWorldTransform(prim))  # of rows: a point is multiplied from the left
             if prim.IsA(UsdGeom.Mesh):
