@@ -9,7 +9,7 @@ import pytest
 from checkout import TESTS
 
 OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs", "pybullet", "distributed", "rosbags", "mujoco")
-OPTIONAL += ("mkdocs", "rerun", "viser")
+OPTIONAL += ("mkdocs", "rerun", "viser", "pxr")
 RUN = ("formats/test_reading.py", "formats/test_packages.py")
 CODE = f"""
 import sys
