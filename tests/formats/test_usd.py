@@ -173,6 +173,11 @@ def test_faces_are_seen_from_the_side_that_the_stage_says(tmp_path, orientation,
     assert volume(path) == pytest.approx(0.006 * sign, rel=1e-5)
 
 
+def test_of_an_animation_the_first_moment_is_read(tmp_path):
+    (tmp_path / "a.usda").write_text(SOLID % ("Z", "Sphere", "double radius.timeSamples = { 3: 5, 9: 50 }"))
+    assert np.ptp(read_geometry(tmp_path / "a.usda").vertices, axis=0) == pytest.approx((0.1, 0.1, 0.1), rel=0.02)
+
+
 @pytest.mark.parametrize("ending", ["usd", "usda", "usdc", "usdz"])
 def test_a_part_of_a_file_is_refused_in_one_line(tmp_path, ending):
     data = mesh_bytes(ending, *mug())

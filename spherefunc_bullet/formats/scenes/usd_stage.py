@@ -18,7 +18,8 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
 MOST_BYTES = 4 << 30  # of memory
-MOST_PARTS = 10_000  # a small file can show billions, by references to references
+MOST_PRIMS = 100_000  # a small file can show billions, by references to references
+FIRST = Usd.TimeCode.EarliestTime()  # of an animation
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
 Polygons = tuple[np.ndarray, np.ndarray, np.ndarray]  # points (N, 3), counts (P,), corners (C,)
 
@@ -33,13 +34,13 @@ def layers_of(path: str) -> tuple[list[str], list[str]]:
 def visible_parts(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     """Yield the meshes and solids that a renderer shows, also those of instances."""
     for count, prim in enumerate(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))):
-        if count == MOST_PARTS:
-            raise ValueError(f"more than {MOST_PARTS:,} parts")
+        if count == MOST_PRIMS:
+            raise ValueError(f"more than {MOST_PRIMS:,} prims")
         if prim.IsA(UsdGeom.PointInstancer):
             raise ValueError(f"a PointInstancer, {prim.GetPath()}; save it with separate parts")
         shown = UsdGeom.Imageable(prim)
         drawn = prim.IsA(UsdGeom.Mesh) or prim.GetTypeName() in SOLIDS
-        if drawn and shown.ComputePurpose() in ("default", "render") and shown.ComputeVisibility() != "invisible":
+        if drawn and shown.ComputePurpose() in ("default", "render") and shown.ComputeVisibility(FIRST) != "invisible":
             yield prim
 
 
@@ -47,7 +48,7 @@ def mesh_of(prim: Usd.Prim) -> Polygons:
     """Return the polygons of a mesh, before it is subdivided, counterclockwise seen from outside."""
     mesh = UsdGeom.Mesh(prim)
     points, counts, corners = (
-        np.array(attribute.Get() or [], kind).reshape(shape)
+        np.array(attribute.Get(FIRST) or [], kind).reshape(shape)
         for attribute, kind, shape in (
             (mesh.GetPointsAttr(), np.float64, (-1, 3)),
             (mesh.GetFaceVertexCountsAttr(), np.int64, -1),
@@ -68,7 +69,9 @@ def turned_over(polygons: Polygons) -> Polygons:
 
 def solid_of(prim: Usd.Prim) -> dict[str, object]:
     """Return the kind of a solid, its sizes, and its axis."""
-    sizes = {name: prim.GetAttribute(name).Get() for name in ("size", "radius", "height") if prim.HasAttribute(name)}
+    sizes = {
+        name: prim.GetAttribute(name).Get(FIRST) for name in ("size", "radius", "height") if prim.HasAttribute(name)
+    }
     axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else "Z"
     return {"kind": prim.GetTypeName().lower(), "axis": axis, **sizes}
 
@@ -83,7 +86,7 @@ def main(path: str, names_alone: bool):
     about: dict[str, object] = {"files": files, "missing": missing}
     meshes: list[Polygons] = []
     if not names_alone:
-        stage, cache, solids = Usd.Stage.Open(path), UsdGeom.XformCache(), []
+        stage, cache, solids = Usd.Stage.Open(path), UsdGeom.XformCache(FIRST), []
         if errors := stage.GetCompositionErrors():
             raise ValueError(f"{errors[0].rootSite.path} refers to what is not there or of another format")
         for prim in visible_parts(stage):
