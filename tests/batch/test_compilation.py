@@ -13,6 +13,7 @@ import pytest
 from checkout import ROOT
 from clouds import mug
 from numba.core.dispatcher import Dispatcher
+from room_shapes import room
 
 import spherefunc_bullet as sf
 import spherefunc_bullet.scenes.recognition.recognition  # noqa: F401 (for its kernels)
@@ -134,6 +135,10 @@ def test_code_is_compiled_each_time_where_the_disk_is_full(kernels):
     assert [kernels(code=full + RUN) for _ in range(2)] == [(5, False)] * 2
 
 
+def turned_by(angle: float) -> np.ndarray:
+    return np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+
+
 def test_kernels_let_other_threads_run_meanwhile():
     loaded = [vars(module) for name, module in sys.modules.items() if name.startswith("spherefunc_bullet.")]
     kernels = {id(value): value for names in loaded for value in names.values() if isinstance(value, Dispatcher)}
@@ -149,6 +154,17 @@ def test_answers_in_threads_are_those_of_one_thread():
     with ThreadPoolExecutor(3) as threads:
         at_once = list(threads.map(answer, heights))
     assert at_once == [answer(height) for height in heights]
+
+
+@pytest.mark.slow
+def test_scans_in_threads_are_recognised_as_in_one():
+    def answer(turn: float) -> list[dict[str, float]]:
+        return [found.scores for found in sf.find_objects(room()[0] @ turned_by(turn).T)]
+
+    turns = [0.0, 0.3, 0.6]
+    with ThreadPoolExecutor(3) as threads:
+        at_once = list(threads.map(answer, turns))
+    assert at_once == [answer(turn) for turn in turns] and all(at_once)
 
 
 def test_every_file_with_kernels_has_them_kept_so():
