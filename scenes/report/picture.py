@@ -131,7 +131,8 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     camera = camera.filled_by(np.vstack([points[labels != WALL], *(mark.corners for mark in marks)]))
     open_room = ~in_front(camera, points, labels)
-    image = Image.fromarray(splatted(camera, points[open_room], colours[open_room]))
+    points, colours = points[open_room], colours[open_room]
+    image = Image.fromarray(splatted(camera, points, colours, spacing_of(points)))
     draw_marks(image, camera, marks)
     return image.resize(size, Image.Resampling.LANCZOS)
 
@@ -154,7 +155,7 @@ def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: 
     for azimuth in range(0, 360, 45):
         camera = look_at(low, high, azimuth, (160, 120))
         open_room = ~in_front(camera, points, labels)
-        seen.append(splatted(camera, points[open_room], marks[open_room], paper=0)[..., 0].sum())
+        seen.append(splatted(camera, points[open_room], marks[open_room], 0.0, paper=0)[..., 0].sum())
     return 45.0 * int(np.argmax(seen))
 
 
@@ -164,14 +165,16 @@ def in_front(camera: Camera, points: np.ndarray, labels: np.ndarray) -> np.ndarr
     return (labels == WALL) & ((points[:, :2] - middle) @ forward < 0)
 
 
-def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int = _PAPER) -> np.ndarray:
-    """Return an image (H, W, 3) uint8 of points as squares that close the gaps between them, the nearest in front."""
+def splatted(
+    camera: Camera, points: np.ndarray, colours: np.ndarray, spacing: float, paper: int = _PAPER
+) -> np.ndarray:
+    """Return an image (H, W, 3) uint8 of points as squares as wide as their spacing, metres, the nearest in front."""
     width, height = camera.size
     image, nearest = np.full((height * width, 3), paper, np.uint8), np.full(height * width, np.inf)
     at = camera.project(points)
     order = np.argsort(-at[:, 2], kind="stable")  # for equal pixels numpy keeps the last value: the nearest point's
     colours, depth = colours[order], at[order, 2]
-    sides = np.clip(np.ceil(spacing_of(points) * camera.focal / depth), 1, _LARGEST).astype(np.int64)
+    sides = np.clip(np.ceil(spacing * camera.focal / depth), 1, _LARGEST).astype(np.int64)
     x, y = (np.floor(at[order, :2].T) - sides // 2).astype(np.int64)
     for step in np.ndindex(*2 * (sides.max(initial=1),)):
         inside = (x + step[0] >= 0) & (x + step[0] < width) & (y + step[1] >= 0) & (y + step[1] < height)

@@ -165,7 +165,7 @@ def test_points_of_a_surface_close_its_gaps_and_hide_what_is_behind():
     near, far = upright_sheet(-0.5), upright_sheet(0.5)
     red, green = np.tile(np.uint8([255, 0, 0]), (len(near), 1)), np.tile(np.uint8([0, 255, 0]), (len(far), 1))
     camera = look_at(np.array([-0.5, -0.5, 0.0]), np.array([0.5, 0.5, 1.0]), -90.0, (800, 600))
-    image = splatted(camera, np.vstack([near, far]), np.vstack([red, green]))
+    image = splatted(camera, np.vstack([near, far]), np.vstack([red, green]), 0.015)
     x, y = camera.project(np.array([[-0.3, -0.5, 0.9], [0.3, -0.5, 0.1]]))[:, :2].round().astype(int).T
     assert (image[y[0] : y[1], x[0] : x[1]] == [255, 0, 0]).all()  # though a point is some four pixels from the next
 
