@@ -151,11 +151,11 @@ def test_pcd_headers_that_declare_more_than_the_file_holds(check_refused):
 
 
 def test_an_archive_of_a_format_that_is_not_read(tmp_path):
-    """USDZ is ZIP, and has the ending of what it is."""
-    path = tmp_path / "chair.usdz"
+    """AMF may be ZIP, and has the ending of what it is."""
+    path = tmp_path / "chair.amf"
     path.write_bytes(b"PK\x03\x04" + bytes(500))
     for answer in (load_cloud, sf.classify):
-        with pytest.raises(InputError, match="expected one of .ply, .*, got '.usdz'; convert it$"):
+        with pytest.raises(InputError, match="expected one of .ply, .*, got '.amf'; convert it$"):
             answer(path)
 
 
