@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, require_reader
+from cloud_files import USD_ENDINGS, cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, require_reader
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.sources import as_source, read_geometry
@@ -24,22 +24,7 @@ def sorted_corners(geometry):
     return corners[np.lexsort(corners.round(6).T)]
 
 
-MESHES = [
-    "ply",
-    "ply ascii",
-    "obj",
-    "stl",
-    "stl ascii",
-    "off",
-    "glb",
-    "3ds",
-    "npz",
-    "dae",
-    "3mf",
-    "usda",
-    "usdc",
-    "usdz",
-]
+MESHES = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf", *USD_ENDINGS]
 CLOUDS = ["ply", "pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "npz", "npy", "csv", "txt"]
 
 
