@@ -78,9 +78,8 @@ def top_of_pool(points: np.ndarray, pool: Pool, voxels: Cells) -> Top:
     """
     ground = pool.footprint.grown(POOL.slab)
     beside = voxels.along_x(*ground.x_range)
-    within_reach = ground.grown(1.5 * SCAN.cell).holds(
-        voxels.means[beside]
-    )  # a point is at most a square from its mean
+    # A point is at most a square away from the mean of its voxel.
+    within_reach = ground.grown(1.5 * SCAN.cell).holds(voxels.means[beside])
     near = voxels.points_in(beside.start + np.flatnonzero(within_reach))
     near = near[ground.holds(points[near])]
     part = points[near]

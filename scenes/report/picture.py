@@ -122,15 +122,16 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     step = max(1, len(points) // _MAX_POINTS)
     colours = point_colours(scan, room, points)[::step]
     points, labels = points[::step], room.labels[::step]
-    shown = points[labels != WALL] if (labels >= 0).any() else points
+    is_wall = (labels == WALL) & (labels >= 0).any()  # of a scan without objects, all is shown
+    shown = points[~is_wall]
     marks = [*inferred_marks(room), *marks_of(room)]
     low, high = span(shown, marks)
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
-    points, colours, labels = points[inside], colours[inside], labels[inside]
+    points, colours, labels, is_wall = points[inside], colours[inside], labels[inside], is_wall[inside]
     fine = (2 * size[0], 2 * size[1])
-    camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
-    camera = camera.filled_by(np.vstack([points[labels != WALL], *(mark.corners for mark in marks)]))
-    open_room = ~in_front(camera, points, labels)
+    camera = look_at(low, high, best_azimuth(points, labels, is_wall, low, high), fine)
+    camera = camera.filled_by(np.vstack([points[~is_wall], *(mark.corners for mark in marks)]))
+    open_room = ~in_front(camera, points, is_wall)
     points, colours = points[open_room], colours[open_room]
     image = Image.fromarray(splatted(camera, points, colours, spacing_of(points)))
     draw_marks(image, camera, marks)
@@ -147,22 +148,24 @@ def span(points: np.ndarray, marks: Sequence[BoxMark]) -> tuple[np.ndarray, np.n
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
+def best_azimuth(
+    points: np.ndarray, labels: np.ndarray, is_wall: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> float:
     """Return the direction, in degrees, from which most points of objects are seen."""
     chosen = slice(None, None, max(1, len(points) // 60_000))
-    points, labels = points[chosen], labels[chosen]
+    points, labels, is_wall = points[chosen], labels[chosen], is_wall[chosen]
     marks, seen = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8), []
     for azimuth in range(0, 360, 45):
         camera = look_at(low, high, azimuth, (160, 120))
-        open_room = ~in_front(camera, points, labels)
+        open_room = ~in_front(camera, points, is_wall)
         seen.append(splatted(camera, points[open_room], marks[open_room], 0.0, paper=0)[..., 0].sum())
     return 45.0 * int(np.argmax(seen))
 
 
-def in_front(camera: Camera, points: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    """Return which points (N, 3) are of a wall or ceiling on the camera's side of the room, (N,) bool."""
+def in_front(camera: Camera, points: np.ndarray, is_wall: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3), of walls and ceiling as ``is_wall`` says, are on the camera's side, (N,) bool."""
     middle, forward = np.median(points[:, :2], axis=0), camera.axes[2, :2]
-    return (labels == WALL) & ((points[:, :2] - middle) @ forward < 0)
+    return is_wall & ((points[:, :2] - middle) @ forward < 0)
 
 
 def splatted(

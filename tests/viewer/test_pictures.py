@@ -7,8 +7,11 @@ import pytest
 import trimesh
 from PIL import Image
 
-from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, in_front, look_at, span, splatted
-from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, WALL
+from spherefunc_bullet.scenes.recognition.recognition import Room
+from spherefunc_bullet.scenes.report.picture import BoxMark, draw_marks, in_front, look_at, room_picture, span, splatted
+from spherefunc_bullet.scenes.scans.levelling import Levelling
+from spherefunc_bullet.scenes.scans.scan import Scan
+from spherefunc_bullet.scenes.segmentation.segmentation import WALL
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.mechanics_pictures import captioned, in_rows
 from spherefunc_bullet.viewer.pictures import (
@@ -180,6 +183,14 @@ def test_a_picture_is_filled_by_what_it_shows():
 
 def test_walls_between_the_camera_and_the_room_are_left_out():
     points = np.vstack([upright_sheet(-1.0), upright_sheet(1.0), upright_sheet(0.0)])
-    labels = np.repeat([WALL, WALL, FLOOR], len(points) // 3)
+    is_wall = np.repeat([True, True, False], len(points) // 3)
     camera = look_at(np.array([-0.5, -1.0, 0.0]), np.array([0.5, 1.0, 1.0]), -90.0, (80, 60))
-    assert np.array_equal(np.unique(points[in_front(camera, points, labels), 1]), [-1.0])
+    assert np.array_equal(np.unique(points[in_front(camera, points, is_wall), 1]), [-1.0])
+
+
+def test_a_scan_of_nothing_but_a_wall_is_shown():
+    levelling = Levelling(T_level_scan=np.eye(4), source="assumed", floor_seen=False, noise=None)
+    points = upright_sheet(0.0)
+    room = Room(levelling=levelling, labels=np.full(len(points), WALL, np.int32), objects=[])
+    image = np.asarray(room_picture(Scan(name="wall", points=points), room, size=(160, 120)))
+    assert (image < 240).all(axis=2).any()
