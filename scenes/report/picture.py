@@ -129,7 +129,7 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
     points, colours, labels, is_wall = points[inside], colours[inside], labels[inside], is_wall[inside]
     fine = (2 * size[0], 2 * size[1])
-    camera = look_at(low, high, best_azimuth(points, labels, is_wall, low, high), fine)
+    camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     camera = camera.filled_by(np.vstack([points[~is_wall], *(mark.corners for mark in marks)]))
     open_room = ~in_front(camera, points, is_wall)
     points, colours = points[open_room], colours[open_room]
@@ -148,12 +148,10 @@ def span(points: np.ndarray, marks: Sequence[BoxMark]) -> tuple[np.ndarray, np.n
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def best_azimuth(
-    points: np.ndarray, labels: np.ndarray, is_wall: np.ndarray, low: np.ndarray, high: np.ndarray
-) -> float:
+def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
     """Return the direction, in degrees, from which most points of objects are seen."""
     chosen = slice(None, None, max(1, len(points) // 60_000))
-    points, labels, is_wall = points[chosen], labels[chosen], is_wall[chosen]
+    points, labels, is_wall = points[chosen], labels[chosen], (labels == WALL)[chosen]
     marks, seen = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8), []
     for azimuth in range(0, 360, 45):
         camera = look_at(low, high, azimuth, (160, 120))
