@@ -62,7 +62,8 @@ SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
 # All of `scenes` but what is printed and drawn, depth images over time, and bags of ROS.
 SCENES = ("scenes/*.py", "scenes/[!cfr]*/**/*.py", "scenes/recognition/*.py")
-IN_ROOMS = (*SHARED, *BACKENDS["fast"], "compare/rooms/*.py", *SCENES)
+# And of the programs in rooms, those that neither train the model nor see real scans.
+IN_ROOMS = (*SHARED, *BACKENDS["fast"], "compare/rooms/[!rs]*.py", *SCENES)
 PRINTED = {"json": False}
 TIMED = PRINTED | {"timed": True}
 

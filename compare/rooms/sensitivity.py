@@ -1,18 +1,22 @@
-"""Sensitivity of scan recognition to each hand-set number: halved and doubled, on virtual rooms that were not learnt.
+"""Sensitivity of scan recognition to each hand-set number: halved and doubled.
 
     python -m spherefunc_bullet.compare.rooms.sensitivity DATA [--stages pool] [--rooms 4] [--jobs 2] [--list] [--json]
+    python -m spherefunc_bullet.compare.rooms.sensitivity SCANS --scans [--stages pool] [--jobs 2] [--json]
 
-Numbers are those of `scenes.settings`, without the few pairs and rows of numbers there. A number that changes no answer
-in many rooms may go.
+In virtual rooms of models that were not learnt, or in real scans. Numbers are those of `scenes.settings`, without the
+few pairs and rows of numbers there. A number that changes no answer, neither in rooms nor in scans, may go.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
 from typing import Annotated
 
+import joblib
 import numpy as np
 import typer
 from joblib import Parallel, delayed
@@ -24,15 +28,22 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes import settings
+from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
-from spherefunc_bullet.scenes.scans.scan import Scan
+from spherefunc_bullet.scenes.recognition.room import Room
+from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 
-from .matching import MatchCounts, counts_by_function
+from .matching import MatchCounts, counts_by_function, match_objects, score_of
+from .real_scans import scan_files
+from .truth import recognised_in, true_objects
 
 VIEWS = (3, 1, 5, 2)  # of the rooms, in turn
 FACTORS = (0.5, 2.0)
+DIGITS = 2  # of a place in metres: nearer places are the same answer
+
+Answers = tuple[MatchCounts, list[str]]  # the counts of functions in all rooms, and each room's answer for comparison
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,31 +81,54 @@ def numbers_of(stage: str) -> list[SettingField]:
     return [SettingField(stage=stage, name=field.name) for field in single]
 
 
-def answers(scanned: Sequence[VirtualScan], model: FunctionModel) -> tuple[MatchCounts, list[bytes]]:
-    """Return the counts of functions in rooms, and each room's answer for comparison."""
+def answer_of(room: Room, places: object = ()) -> str:
+    """Return what is answered about a room, for comparison: each point's functions, and places."""
+    given = {item.id: item.members for item in room.objects}
+    of_points = np.array(["+".join(sorted(given.get(k, ()))) for k in range(-3, len(room.objects))])
+    return f"{joblib.hash(of_points[room.labels + 3])} {places}"
+
+
+def answers_in_rooms(scanned: Sequence[VirtualScan], model: FunctionModel) -> Answers:
+    """Return the answers in virtual rooms."""
     total, found = MatchCounts(), []
     for scan in scanned:
         room = recognise(Scan(name=scan.room.name, points=scan.points), model)
         total = sum(counts_by_function(room, scan.labels, scan.functions(), model.functions_).values(), total)
-        given = {item.id: item.members for item in room.objects}
-        of_points = np.array(["+".join(sorted(given.get(k, ()))) for k in range(-3, len(room.objects))])
-        found.append(of_points[room.labels + 3].tobytes())
+        found.append(answer_of(room))
     return total, found
 
 
-def row_of(
-    number: SettingField, scanned: Sequence[VirtualScan], model: FunctionModel, before: Sequence[bytes]
-) -> list[str]:
+def answers_in_scans(paths: Sequence[Path], model: FunctionModel) -> Answers:
+    """Return the answers in real scans, with what is unsure or inferred, and with places to sit, put and pour."""
+    total, found = MatchCounts(), []
+    for path in paths:
+        scan = load_scan(path)
+        room, truth = recognise(scan, model), true_objects(path)
+        if truth is not None:
+            score = score_of(match_objects(truth, recognised_in(scan, room)))
+            total += MatchCounts(score["found"], score["false"], score["missed"])
+        places = [
+            (place.function, np.round(place.position, DIGITS).tolist())
+            for some in room_places(scan, room).values()
+            for place in some
+        ]
+        doubts = [(item.id, room.unsure_functions(item)) for item in room.objects]
+        inferred = [np.round(one.box.center, DIGITS).tolist() for one in room.inferred]
+        found.append(answer_of(room, (places, doubts, inferred)))
+    return total, found
+
+
+def row_of(number: SettingField, answers: Callable[[], Answers], before: Sequence[str]) -> list[str]:
     """Return a row: the number, and the results with it halved and doubled."""
     row = [number.title, f"{number.value:g}"]
     for factor in FACTORS:
         with number.times(factor):
             try:
-                counts, after = answers(scanned, model)
+                counts, after = answers()
             except Exception as error:  # recognition fails with this setting, which is a result too
                 row += ["-", "-", type(error).__name__]
                 continue
-        changed = sum(field != other for field, other in zip(after, before, strict=True))
+        changed = sum(one != other for one, other in zip(after, before, strict=True))
         row += [str(counts.hits), str(counts.false_alarms), str(changed)]
     return row
 
@@ -113,10 +147,11 @@ def print_list():
 
 
 def main(
-    data: Annotated[str, typer.Argument(help="Models that furnish the rooms, not learnt by the model for scans.")],
+    data: Annotated[str, typer.Argument(help="Models that furnish rooms, not learnt by the model for scans.")],
     stages: Annotated[str, typer.Option(help="Names of settings, separated by commas.")] = ",".join(settings.STAGES),
     rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
     seed: Annotated[int, typer.Option(min=0)] = 0,
+    scans: Annotated[bool, typer.Option("--scans", help="DATA is a folder of labelled scans.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="Only list all settings.")] = False,
     jobs: options.Jobs = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")] = False,
@@ -129,11 +164,15 @@ def main(
     require_known("--stages", chosen, settings.STAGES)
     numbers = [number for stage in chosen for number in numbers_of(stage)]
     model = load_model(shipped_model("fast", scans=True))
-    how = {"seed": seed, "failed": failures.add, "lived_in": parse_lived_in("all=0.5")}
-    furnished = furnish_lived_in(open_dataset(data), rooms, **how)
-    scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed) for k, room in enumerate(furnished)]
-    counts, before = answers(scanned, model)
-    tasks = (delayed(row_of)(number, scanned, model, before) for number in numbers)
+    if scans:
+        answers = partial(answers_in_scans, scan_files(Path(data), ""), model)
+    else:
+        how = {"seed": seed, "failed": failures.add, "lived_in": parse_lived_in("all=0.5")}
+        furnished = furnish_lived_in(open_dataset(data), rooms, **how)
+        scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed) for k, room in enumerate(furnished)]
+        answers = partial(answers_in_rooms, scanned, model)
+    counts, before = answers()
+    tasks = (delayed(row_of)(number, answers, before) for number in numbers)
     found = Parallel(n_jobs=jobs, return_as="generator")(tasks)
     rows = list(progress(found, len(numbers), "changing numbers"))
     columns = ["number", "value", *(f"{what}, x{by:g}" for by in FACTORS for what in ("found", "false", "changed"))]
@@ -141,7 +180,7 @@ def main(
         print_json([dict(zip(columns, row, strict=True)) for row in rows])
     else:
         still = sum(row[4] == row[7] == "0" for row in rows)
-        title = f"{rooms} rooms: {counts.hits} found, {counts.false_alarms} false"
+        title = f"{len(before)} {'scans' if scans else 'rooms'}: {counts.hits} found, {counts.false_alarms} false"
         print_table(f"{title}; {still} of {len(rows)} change nothing", columns, rows)
     failures.exit()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import subprocess
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +25,12 @@ from spherefunc_bullet.compare.rooms.matching import (
     score_of,
     score_row,
 )
-from spherefunc_bullet.compare.rooms.real_scans import main
+from spherefunc_bullet.compare.rooms.real_scans import main, scan_files
+from spherefunc_bullet.compare.rooms.sensitivity import SettingField, answers_in_scans, row_of
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.ply import ply_bytes
+from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 SCENES = DATA / "scenes"
@@ -232,6 +235,25 @@ def test_the_table_is_read_by_people(tmp_path):
     lines = done.stdout.splitlines()
     assert any(line.startswith("room ") and " 1/1 " in line for line in lines)
     assert lines[-1].startswith("all: ") and "of 3 found" in lines[-1]
+
+
+@pytest.mark.slow
+def test_the_sensitivity_of_a_room_is_counted(tmp_path):
+    write_labelled_room(tmp_path)
+    model, paths = load_model(shipped_model("fast", scans=True)), scan_files(tmp_path, "")
+    answers = partial(answers_in_scans, paths, model)
+    counts, before = answers()
+    assert counts.hits + counts.misses == 3 and len(before) == 1
+    usual = [str(counts.hits), str(counts.false_alarms), "0"]
+    rows = {name: row_of(number(name), answers, before) for name in ("scan.min_points", "pool.highest")}
+    assert rows["scan.min_points"] == ["scan.min_points", "100", *usual, *usual]
+    found, _, changed = rows["pool.highest"][2:5]
+    assert int(found) < counts.hits and changed == "1"  # half as high, a table is out of reach
+
+
+def number(title: str) -> SettingField:
+    stage, name = title.split(".")
+    return SettingField(stage=stage, name=name)
 
 
 def test_a_folder_without_scans_is_named(tmp_path):
