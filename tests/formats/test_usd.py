@@ -173,6 +173,22 @@ def test_faces_are_seen_from_the_side_that_the_stage_says(tmp_path, orientation,
     assert volume(path) == pytest.approx(0.006 * sign, rel=1e-5)
 
 
+def test_a_mesh_of_tetrahedra_is_read_as_its_surface(tmp_path):
+    corners = "point3f[] points = [(0, 0, 0), (100, 0, 0), (0, 100, 0), (0, 0, 100)]"
+    (tmp_path / "a.usda").write_text(SOLID % ("Z", "TetMesh", corners + "\nint4[] tetVertexIndices = [(0, 1, 2, 3)]"))
+    assert volume(tmp_path / "a.usda") == pytest.approx(1 / 6)
+
+
+def test_points_are_a_cloud_and_left_out_beside_a_surface(tmp_path):
+    points = "point3f[] points = [" + ", ".join(f"({k}, 50, 200)" for k in range(20)) + "]"
+    (tmp_path / "a.usda").write_text(SOLID % ("Y", "Points", points))
+    cloud = read_geometry(tmp_path / "a.usda")
+    assert not len(cloud.faces) and np.allclose(cloud.vertices, [(k / 100, -2, 0.5) for k in range(20)])
+    text = (SOLID % ("Y", "Points", points)) + 'def Cube "Beside"\n{\n    double size = 10\n}\n'
+    (tmp_path / "b.usda").write_text(text)
+    assert np.abs(read_geometry(tmp_path / "b.usda").vertices).max() == pytest.approx(0.05)
+
+
 def test_of_an_animation_the_first_moment_is_read(tmp_path):
     (tmp_path / "a.usda").write_text(SOLID % ("Z", "Sphere", "double radius.timeSamples = { 3: 5, 9: 50 }"))
     assert np.ptp(read_geometry(tmp_path / "a.usda").vertices, axis=0) == pytest.approx((0.1, 0.1, 0.1), rel=0.02)

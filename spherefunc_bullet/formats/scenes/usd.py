@@ -72,7 +72,7 @@ def read_usd(source: Source) -> Geometry:
     if others := [*about["missing"], *({*about["files"]} - {*map(str, copies)})]:
         raise FormatError(f"expected relative names of all other files, got {others[0][-80:]!r}; save it with these")
     parts = [_solid(**solid) for solid in about["solids"]]
-    if len(arrays["counts"]):
+    if len(arrays["points"]):
         parts.append((arrays["points"], fan_triangles(arrays["counts"], arrays["corners"])))
     geometry = joined(parts)
     return Geometry(about["metres"] * geometry.vertices @ _UP[about["up"]].T, geometry.faces)
