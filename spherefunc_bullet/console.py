@@ -13,6 +13,7 @@ import os
 import re
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
@@ -82,10 +83,19 @@ class _Saying(logging.Handler):
 
 
 def log_on_stderr(level: int = logging.INFO):
-    """Print messages of the library about slow steps on stderr."""
+    """Print messages of the library about slow steps, and its warnings, on stderr, each in one line."""
     logger = logging.getLogger("spherefunc")
     logger.setLevel(level)
     logger.addHandler(_Saying())
+    usual = warnings.showwarning
+
+    def show_in_one_line(message: Warning | str, category: type[Warning], *where: Any):
+        if category is UserWarning:
+            say(one_line(message))
+        else:
+            usual(message, category, *where)
+
+    warnings.showwarning = show_in_one_line
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:

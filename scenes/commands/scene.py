@@ -35,7 +35,8 @@ Proposals = Annotated[
 
 def scene(
     file: Annotated[
-        Path | None, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")
+        Path | None,
+        typer.Argument(readable=False, help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2."),
     ] = None,
     model: Model = None,
     backend: Annotated[

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer.core import TyperGroup
 
-from ..console import INTERRUPTED, Failures, print_json, print_table, progress, say, show
+from ..console import INTERRUPTED, Failures, as_options, print_json, print_table, progress, say, show
 from ..errors import InputError
 from . import options
 
@@ -128,6 +128,8 @@ def show_status(folder: Path, json: bool):
 
     with RunFolder(folder).ledger() as ledger:
         about = status(ledger)
+    for failure in about["failures"]:
+        failure["error"] = as_options(failure["error"])
     if json:
         print_json(about)
         return

@@ -93,13 +93,7 @@ def classify(
 
 
 def listed_files(places: Sequence[Path]) -> Iterator[Path]:
-    """Yield files, the readable files below folders, and files named on stdin.
-
-    Raises
-    ------
-    InputError
-        If a folder holds none.
-    """
+    """Yield files, those below folders that can be read, folders without any, and files named on stdin."""
     from ..datasets.dataset import SUFFIXES, names_below
 
     for place in places:
@@ -107,10 +101,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif os.path.isdir(place):
             files = [path for path in names_below(place) if path.suffix.lower() in SUFFIXES and path.is_file()]
-            if not files:
-                kinds = ", ".join(sorted(SUFFIXES))
-                raise InputError(f"{place}: expected a folder with models or scans ({kinds}), found none")
-            yield from files
+            yield from files or [place]
         else:
             yield place
 
@@ -120,9 +111,11 @@ def classified_file(
 ) -> Row:
     """Return the JSON entry of one file, with reasons and evidence if requested; runs in a worker."""
     from ..classification import classify_by_all
+    from ..formats.files import require_not_folder
     from ..settling.cached_runs import CachedFile
 
     started = time.perf_counter()
+    require_not_folder(file, "models or scans")
     reports = chain([say], repeat(None))  # warnings about the file are printed once
     decision = classify_by_all(lambda model: CachedFile(file, model.drop_config(loading), next(reports)), models)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)

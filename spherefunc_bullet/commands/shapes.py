@@ -130,7 +130,7 @@ def print_library(results: list[dict[str, Any]]):
 
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
-    """Yield files; of a data set those in its manifest, of other folders URDFs or, if there are none, meshes."""
+    """Yield files; of a data set those in its manifest, of other folders URDFs, else meshes, else the folder itself."""
     from ..datasets.dataset import SUFFIXES, names_below, open_dataset
 
     for file in files:
@@ -142,10 +142,7 @@ def objects_in(files: list[Path]) -> Iterator[Path]:
             continue
         inside = [path for path in names_below(file) if path.is_file()]
         found = [path for path in inside if path.suffix.lower() == ".urdf"]
-        found = found or [path for path in inside if path.suffix.lower() in SUFFIXES]
-        if not found:
-            raise InputError(f"{file}: expected a data set, URDFs or meshes in the folder, found none")
-        yield from found
+        yield from found or [path for path in inside if path.suffix.lower() in SUFFIXES] or [file]
 
 
 def write_table(path: Path, results: list[dict[str, Any]]):

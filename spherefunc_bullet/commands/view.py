@@ -15,7 +15,19 @@ from ..console import Failures, passed, print_json, say
 from ..errors import InputError
 from ..formats.files import require_place, unused_name, write_text
 from ..formats.units import format_length, parse_lengths
-from .options import BY_FILE, Files, Json, MaxSpheres, PackagePath, Seed, Shape, Units, Up, simulator_options
+from .options import (
+    BY_FILE,
+    Files,
+    Json,
+    MaxSpheres,
+    PackagePath,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    require_beside,
+    simulator_options,
+)
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -68,6 +80,7 @@ def view(
     """Show objects with settled spheres and histogram cubes as interactive pages."""
     from ..simulator import backend_names
 
+    require_beside("--explain", explain, {}, {"--model": model})
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     require_page_place(out)

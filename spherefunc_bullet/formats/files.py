@@ -43,6 +43,14 @@ def require_ordinary(path: Path) -> int:
     return about.st_size
 
 
+def require_not_folder(path: Path, kinds: str) -> None:
+    """Raise InputError for a folder, in which no file of some kinds was found."""
+    if os.path.isdir(path):
+        if not os.access(path, os.R_OK | os.X_OK):
+            raise InputError(f"{one_line(path)}: cannot be read: Permission denied; check the path and its permissions")
+        raise InputError(f"{one_line(path)}: expected a folder with {kinds}, found none")
+
+
 def require_file(path: Path) -> None:
     """Raise InputError for a file that is not regular, or too large, without reading it."""
     size = require_ordinary(path)

@@ -46,7 +46,7 @@ class ShapeRow:
     faces: int
     bytes: int
     build_seconds: float
-    capacity_ml: float
+    capacity_ml: float  # of the object's own, as much as the shape holds; never water inside its walls
     capacity_kept: float | None  # None: the object is not a vessel
     filled: bool = False  # whether spheres no longer reach most of the volume of the water in the object
     level_kept: float
@@ -174,7 +174,7 @@ def free_row(subject: Subject, solid: Solid) -> ShapeRow:
         faces=len(solid.faces),
         bytes=solid.bytes,
         build_seconds=solid.build_seconds,
-        capacity_ml=space.capacity * 1e6,
+        capacity_ml=1e6 * held * subject.capacity,
         capacity_kept=held if subject.is_vessel else None,
         filled=subject.is_vessel
         and spaces.is_filled(subject.space.basin, subject.space.reached(spaces.NARROW), reached),
@@ -208,7 +208,8 @@ def require_size(subject: Subject, solid: Solid):
     """Raise InputError for a shape whose size differs so much from its object's that the unit must be wrong."""
     times = relative_size(subject, solid)
     if not 1 / LARGER <= times <= LARGER:
-        difference = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
+        factor = f"{float(f'{max(times, 1 / times):.3g}'):,.12g}"  # 1,000 rather than 1e+03
+        difference = f"{factor} times as {'large' if times > 1 else 'small'}"
         question = "are the units or the scale right?"
         raise InputError(f"{subject.cloud.name}: collision is {difference} as what is seen; {question}")
 

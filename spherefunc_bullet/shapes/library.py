@@ -15,7 +15,7 @@ from typing import Any
 from .. import __version__
 from ..console import say
 from ..errors import InputError, one_line
-from ..formats.files import write_bytes
+from ..formats.files import require_not_folder, write_bytes
 from ..formats.sources import as_source
 from ..processes.tasks import run_tasks
 from ..viewer.page import page_html, viewer_file
@@ -27,6 +27,7 @@ from .solid import Solid
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two pictures; WebP quality: some 4 kB per object
 ELEVATION = 42.0  # degrees, to look into vessels
+KINDS = "a data set, URDFs or meshes"  # that a folder must hold
 TIME = 600.0  # seconds: limit for one object of a library
 USES = {  # by use: the objects, and what they do if they lose it or keep it, in words
     "vessel": ("vessels", "hold nothing", "still hold something"),
@@ -61,6 +62,7 @@ class LibraryOptions:
 
 def library_result(file: Path, options: LibraryOptions) -> Result:
     """Return the result of one object."""
+    require_not_folder(file, KINDS)
     collision = options.collision
     if options.picture and collision is None and file.suffix.lower() not in SAYS_COLLISION:
         collision = file  # an engine would load the mesh itself
@@ -78,6 +80,7 @@ def library_result(file: Path, options: LibraryOptions) -> Result:
 
 def kept_result(file: Path, options: LibraryOptions, cache: Path) -> Result:
     """Return the result of one object from the cache folder, where it is kept; called in a worker."""
+    require_not_folder(file, KINDS)
     known = cache / options.key(file)
     with suppress(OSError, ValueError, TypeError):  # none is kept, or it is damaged
         result = json.loads(known.read_text(encoding="utf-8")) | {"file": str(file)}

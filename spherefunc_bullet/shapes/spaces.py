@@ -71,10 +71,13 @@ class FreeSpace:
 
     @cached_property
     def capacity(self) -> float:
-        """The volume of that body to the brim, m3, extrapolated from two wall thicknesses to none."""
+        """The volume of that body to the brim, m3, extrapolated from two wall thicknesses to none.
+
+        Thicker walls leave less room; where they hold more, the thin ones have gaps, and nothing is extrapolated.
+        """
         thin = int(self.basin.sum())
         thick = int(largest(standing_in(self.grid.near(self.points, 2 * WALL))).sum())
-        return (2 * thin - thick if thick else thin) * self.grid.cell**3
+        return (2 * thin - thick if 0 < thick < thin else thin) * self.grid.cell**3
 
     def standing_of(self, reach: float) -> np.ndarray:
         """Return the cells (X, Y, Z) bool that grains of a radius, in cells, cannot leave without rising."""

@@ -9,6 +9,7 @@ import logging
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from commands import spherefunc
 
 import spherefunc_bullet as sf
 from spherefunc_bullet import console
+from spherefunc_bullet.clouds.conversion import warn
 from spherefunc_bullet.errors import InputError
 
 CODE = "from spherefunc_bullet.commands.command_line import main; main()"
@@ -49,6 +51,19 @@ def test_everything_that_is_printed_is_text(name, capsys, monkeypatch):
     assert not obeyed(printed.out) and not obeyed(printed.err)
     bare = console.printable(name)
     assert printed.out.count(bare) >= 4 and printed.err.count(bare) >= 2  # an error is one line, without a return
+
+
+def test_a_warning_is_one_line_in_the_words_of_the_command_line(capsys, monkeypatch):
+    monkeypatch.setattr(logging.getLogger("spherefunc"), "handlers", [])
+    others = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = lambda message, *_: others.append(str(message))
+        console.log_on_stderr()
+        warn('a.obj: took its unit to be m;\nunits="mm" says otherwise')
+        warnings.warn("old", FutureWarning, stacklevel=1)
+    assert capsys.readouterr().err == "a.obj: took its unit to be m; --units mm says otherwise\n"
+    assert others == ["old"]
 
 
 def test_a_table_for_a_pipe_is_as_wide_as_its_cells(capsys):
