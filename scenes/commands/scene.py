@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Json, Model, Units, require_beside
-from spherefunc_bullet.console import print_json, print_table, say, show
+from spherefunc_bullet.console import print_json, say, show
 from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
 
@@ -248,26 +248,16 @@ def places_in(scan: Scan, room: Room, put: tuple[Cloud, Similarity] | None) -> d
 
 def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
-    from ..report.files import score_text
+    from ..report.files import object_cells
+    from .scene_frames import position_text, print_objects
 
-    names = room.function_names
-    table = [
-        [
-            str(item.id),
-            item.main_function + ", unsure" * bool(room.doubts(item)),
-            *[score_text(room, item, name) for name in names],
-        ]
-        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
-        + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
-        for item in room.objects
-        if item.main_function is not None
-    ]
-    none = len(room.objects) - len(table)
-    columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
-    print_table(f"{scan.name}: {says}", columns, table)
-    objects = f"{len(table)} object{'s' * (len(table) != 1)}"
-    show(f"{objects} with a function, {none} without; ground: {room.levelling.source}")
+    rows = []
+    for item in room.objects:
+        if item.main_function is not None:
+            cells = object_cells(room, item, item.main_function, bool(room.doubts(item)))
+            rows.append([str(item.id), *cells, position_text(room.box_in_scan(item.box).center), f"{len(item.points)}"])
+    counts = print_objects(scan.name, room, rows, "object", "points")
+    show(f"{counts}; ground: {room.levelling.source}")
     for item in room.inferred:
         show(f"inferred, not counted: {item.function}, since {item.reason}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())

@@ -14,6 +14,8 @@ from spherefunc_bullet.formats.files import prepare_folder, require_place
 EVERY = 10  # images between two updates of the objects
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from spherefunc_bullet.places.place import Place
 
     from ..fusion.frames import Frames
@@ -117,30 +119,34 @@ def fused_json(
 
 def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     """Print the objects with a function, and those that are gone."""
-    from ..report.files import score_text
+    from ..report.files import object_cells
 
-    room, names = fusion.room, fusion.room.function_names
-    rows = [
-        [
-            str(item.id),
-            ", ".join(sorted(item.functions)) + ", unsure" * item.unsure,
-            *(score_text(room, room.objects[item.label], name) for name in names),
-        ]
-        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
-        + [" ".join(f"{place:.2f}" for place in item.box.center), str(item.seen)]
-        + ["" if item.moved is None else " ".join(f"{shift:.2f}" for shift in item.moved)]
-        for item in objects
-        if item.functions
-    ]
-    columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
-    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
-    print_table(f"{fusion.count} depth image{'s' * (fusion.count != 1)}: {says}", columns, rows)
-    useful = f"{len(rows)} object{'s' * (len(rows) != 1)}"
-    show(f"{useful} with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
+    rows = []
+    for item in objects:
+        if item.functions:
+            functions = ", ".join(sorted(item.functions))
+            cells = object_cells(fusion.room, fusion.room.objects[item.label], functions, item.unsure)
+            moved = "" if item.moved is None else position_text(item.moved)
+            rows.append([str(item.id), *cells, position_text(item.box.center), str(item.seen), moved])
+    title = f"{fusion.count} depth image{'s' * (fusion.count != 1)}"
+    show(f"{print_objects(title, fusion.room, rows, 'id', 'images', 'moved, m')}; {len(fusion.gone)} gone")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())
     show(f"seconds of the last image and the last update: {stages}")
     for one in fusion.gone:
         say(f"gone: object {one.id}, {', '.join(sorted(one.functions)) or 'of no function'}")
+
+
+def print_objects(title: str, room: Room, rows: list[list[str]], first: str, *last: str) -> str:
+    """Print the rows of the objects with a function; return in words how many have one, and how many do not."""
+    columns = [first, "for", *room.function_names, "size, cm", "centre, m", *last]
+    says = "what objects are for, the score of each function, and in brackets the threshold that it has to exceed"
+    print_table(f"{title}: {says}", columns, rows)
+    return f"{len(rows)} object{'s' * (len(rows) != 1)} with a function, {len(room.objects) - len(rows)} without"
+
+
+def position_text(position: np.ndarray) -> str:
+    """Return coordinates (3,), metres, as text."""
+    return " ".join(f"{coordinate:.2f}" for coordinate in position)
 
 
 def print_used(name: str, used: dict[int | None, list[Place]]):

@@ -92,6 +92,12 @@ def score_text(room: Room, item: SceneObject, function: str) -> str:
     return f"{item.functions[function].score:.2f} ({room.threshold(item, function):.2f})"
 
 
+def object_cells(room: Room, item: SceneObject, functions: str, unsure: bool) -> list[str]:
+    """Return the cells of an object in a table: what it is for, the score of each function, and its size."""
+    scores = [score_text(room, item, name) for name in room.function_names]
+    return [functions + ", unsure" * unsure, *scores, " × ".join(f"{100 * side:.0f}" for side in item.box.size)]
+
+
 def objects_html(room: Room) -> str:
     """Return the tables of the objects with a function and, folded, of those without."""
     having = [item for item in room.objects if item.main_function is not None]
@@ -127,9 +133,11 @@ def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
     """Return a table of some objects, in the order of their ids."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
-        [str(item.id), (item.main_function or "none") + ", unsure" * bool(room.doubts(item))]
-        + [score_text(room, item, name) for name in item.functions]
-        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
+        [
+            str(item.id),
+            *object_cells(room, item, item.main_function or "none", bool(room.doubts(item))),
+            f"{len(item.points):,}",
+        ]
         for item in sorted(objects, key=lambda item: item.id)
     ]
     return table_html(head, rows, texts=2)
