@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter
 
 from ..evaluation.protocol import PAPER
-from ..pages.plates import GREY, INK, PALE, STYLE, look
+from ..pages.plates import GREY, INK, PALE, figure_bytes, look, new_figure
 from .entries import ComparedRun, Comparison
 from .significance import Report
 
 ACROSS = 3  # functions in a row
 WIDE, HIGH = 8.4, 3.2  # inches of a row
 SHORTEST = 1e-4  # seconds: shorter times are drawn there, since the axis is logarithmic
+PATHS = {"svg.fonttype": "path"}  # of letters, since a reader's machine may lack the font
 DPI = 200  # of the parts that are drawn as pixels
 FEWEST_RUNS = 5  # in a bin of the median line
 
@@ -39,9 +38,7 @@ def accuracy_chart(report: Report) -> str:
     """Return F-measures against seconds per object, one panel for each function, with the Pareto front, as SVG."""
     functions = list(report["functions"])
     rows = -(-len(functions) // ACROSS)
-
-    def draw(figure: Figure):
-        """Draw the panels and what the marks mean."""
+    with new_figure((WIDE * min(ACROSS, len(functions)) / ACROSS, HIGH * rows), DPI, **PATHS) as figure:
         panels = figure.subplots(rows, min(ACROSS, len(functions)), sharex=True, sharey=True, squeeze=False)
         for axes in panels.flat[len(functions) :]:
             axes.remove()
@@ -51,8 +48,7 @@ def accuracy_chart(report: Report) -> str:
             axes.set_ylabel("F-measure")
         figure.supxlabel("time per object, median of all objects (logarithmic)", fontsize=8)
         figure.legend(handles=keys(report), loc="outside upper left", ncols=6, handlelength=1.8)
-
-    return svg((WIDE * min(ACROSS, len(functions)) / ACROSS, HIGH * rows), draw)
+        return figure_bytes(figure, ".svg").decode()
 
 
 def marks(report: Report, function: str) -> list[ChartMark]:
@@ -127,9 +123,7 @@ def keys(report: Report) -> list:
 
 def cost_chart(comparison: Comparison) -> str:
     """Return the seconds of every run against its drops, with each simulator's median, as SVG."""
-
-    def draw(figure: Figure):
-        """Draw the points and lines of every simulator."""
+    with new_figure((5.4, 3.4), DPI, **PATHS) as figure:
         axes = figure.add_subplot()
         for place, entry in enumerate(comparison.entries):
             drops, seconds = runs(entry)
@@ -140,8 +134,7 @@ def cost_chart(comparison: Comparison) -> str:
         axes.set(xscale="log", yscale="log", xlabel="spheres dropped in one run", ylabel="seconds of the run")
         axes.grid(linewidth=0.3, color="#dddddd")
         figure.legend(loc="outside upper left", ncols=4)
-
-    return svg((5.4, 3.4), draw)
+        return figure_bytes(figure, ".svg").decode()
 
 
 def runs(entry: ComparedRun) -> tuple[np.ndarray, np.ndarray]:
@@ -157,15 +150,3 @@ def median_line(drops: np.ndarray, seconds: np.ndarray) -> tuple[list[float], li
     bins = np.floor(2 * np.log10(drops))
     full = [bins == number for number in np.unique(bins) if np.sum(bins == number) >= FEWEST_RUNS]
     return [float(np.median(drops[runs])) for runs in full], [float(np.median(seconds[runs])) for runs in full]
-
-
-def svg(size: tuple[float, float], draw: Callable) -> str:
-    """Return a drawing of a size in inches as SVG; letters as paths, since a reader's machine may lack the font."""
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE | {"svg.fonttype": "path"}):
-        figure = Figure(figsize=size, layout="constrained")
-        draw(figure)
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", dpi=DPI, metadata={"Date": None})
-    return buffer.getvalue()

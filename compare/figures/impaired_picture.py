@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.files import write_whole, writing
+from spherefunc_bullet.formats.files import write_bytes
 
 from ..evaluation.impaired import (
     COPIES_LEARNT,
@@ -25,14 +23,13 @@ from ..evaluation.impaired import (
     mean_shares,
 )
 from ..evaluation.robustness.corruptions import CLEAN, Corruptions, Rates
-from ..pages.plates import GREY, INK, STYLE
+from ..pages.plates import GREY, INK, figure_bytes, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
-
 
 ENDINGS = (".png", ".svg")
 COLUMNS = {  # feature set -> its name in the picture, and what that means
@@ -92,12 +89,13 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     InputError
         If the file has another ending, or cannot be written.
     """
+    require_ending(path)
     columns = columns_of(shares)
     blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
     rows = [max(1, *(len(groups[works]) for groups in blocks.values())) for works in TITLES]
     lines = ["Does it still work?", *headline(shares, columns)]
     width = max(len(shares) * (LABELS + len(columns) * COLUMN), NARROWEST, LETTER * max(map(len, lines)))
-    with figure_file(path, (width, AROUND + ROW * sum(rows))) as figure:
+    with new_figure((width, AROUND + ROW * sum(rows)), DPI) as figure:
         panels = figure.subplots(2, len(blocks), squeeze=False, height_ratios=rows)
         for (function, groups), own in zip(blocks.items(), panels.T, strict=True):
             for (works, block), count, axes in zip(groups.items(), rows, own, strict=True):
@@ -106,21 +104,7 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
             name_columns(own[0], function, columns)
         figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=12)
         draw_key(figure, cells, columns)
-    return path
-
-
-@contextmanager
-def figure_file(path: Path, size: tuple[float, float], layout: str = "constrained") -> Iterator[Figure]:
-    """Yield a figure of a size in inches, and write it as .png or .svg at the end."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    require_ending(path)
-    with matplotlib.rc_context(STYLE), writing(path):
-        yield (figure := Figure(figsize=size, dpi=DPI, layout=layout))
-        ending, drawn = path.suffix.lower()[1:], io.BytesIO()
-        figure.savefig(drawn, format=ending, dpi=DPI, metadata={"Date": None} if ending == "svg" else None)
-        write_whole(path, drawn.getvalue())
+        return write_bytes(path, figure_bytes(figure, path.suffix.lower()))
 
 
 def require_ending(path: Path):
@@ -234,9 +218,10 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
     InputError
         If the file has another ending than .png or .svg, or cannot be written.
     """
+    require_ending(path)
     kinds = [kind for kind in rates if kind != CLEAN]
     rows = -(-len(kinds) // ACROSS)
-    with figure_file(path, (WIDE * ACROSS, HIGH * rows + 0.5)) as figure:
+    with new_figure((WIDE * ACROSS, HIGH * rows + 0.5), DPI) as figure:
         panels = figure.subplots(rows, ACROSS, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, kind in zip(panels, kinds, strict=False):
             draw_kind(axes, kind, rates[CLEAN] | rates[kind])
@@ -245,7 +230,7 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
         handles, labels = panels[0].get_legend_handles_labels()
         key = {"title": KEY, "title_fontsize": 8, "loc": "outside lower center", "ncols": len(LINES)}
         figure.legend(handles, labels, frameon=False, **key)
-    return path
+        return write_bytes(path, figure_bytes(figure, path.suffix.lower()))
 
 
 def draw_kind(axes: Axes, kind: str, rows: Mapping[str, Rates]):

@@ -5,13 +5,15 @@ The PNG is for a manuscript or a slide, the SVG for editing; the numbers are in 
 
 from __future__ import annotations
 
+import io
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spherefunc_bullet.formats.files import write_csv, writing
+from spherefunc_bullet.formats.files import write_bytes, write_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,24 +80,37 @@ def bounded_spread(row: Mapping[str, Any]) -> tuple[float, float]:
     return min(spread, value), min(spread, 1 - value)
 
 
-def write_plate(plate: Plate, out: Path) -> list[Path]:
-    """Write a figure as PNG, SVG and CSV, with empty cells for unknown values; return the paths.
+@contextmanager
+def new_figure(size: tuple[float, float], dpi: int = DPI, **style: object) -> Iterator[Figure]:
+    """Yield a figure of a size in inches, which is drawn and saved in `STYLE`.
 
     It does not use pyplot, which would look for a display.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE | style):
+        yield Figure(figsize=size, dpi=dpi, layout="constrained")
+
+
+def figure_bytes(figure: Figure, ending: str) -> bytes:
+    """Return a figure as a file with the ending .png or .svg; the same drawing gives the same bytes."""
+    file = io.BytesIO()
+    figure.savefig(file, format=ending[1:], metadata={"Date": None} if ending == ".svg" else None)
+    return file.getvalue()
+
+
+def write_plate(plate: Plate, out: Path) -> list[Path]:
+    """Write a figure as PNG, SVG and CSV, with empty cells for unknown values; return the paths.
 
     Raises
     ------
     InputError
         If they cannot be written.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    png, svg, numbers = (out / f"{plate.stem}{ending}" for ending in (".png", ".svg", ".csv"))
-    with matplotlib.rc_context(STYLE), writing(out / plate.stem, "files"):
-        figure = Figure(figsize=plate.size, dpi=DPI, layout="constrained")
+    with new_figure(plate.size) as figure:
         plate.draw(figure)
-        figure.savefig(png, dpi=DPI)
-        figure.savefig(svg, dpi=DPI, metadata={"Date": None})
+        paths = [write_bytes(out / f"{plate.stem}{end}", figure_bytes(figure, end)) for end in (".png", ".svg")]
     columns = list(plate.rows[0])
-    return [png, svg, write_csv(numbers, columns, ([row.get(name) for name in columns] for row in plate.rows))]
+    rows = ([row.get(name) for name in columns] for row in plate.rows)
+    return [*paths, write_csv(out / f"{plate.stem}.csv", columns, rows)]
