@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from statistics import multimode
 from typing import Any
 
 import numpy as np
@@ -181,20 +182,20 @@ def displays_of(
 
     They begin with the radius at which spheres are seen best, of those that most simulators have.
     """
-    displays, radii = [], [radius for entry in comparison.entries for radius in entry.radii]
-    most = max(map(radii.count, radii))
-    common = [radius for radius in radii if radii.count(radius) == most]
+    displays, common = [], multimode(radius for entry in comparison.entries for radius in entry.radii)
     for case in cases:
         try:
             cloud = load_cloud(comparison.simulated.objects[case.row].path, up=loading.up, units=loading.units)
         except InputError:
             continue
-        layers = {
-            entry.name: [layer(entry, case.row, radius) for radius in entry.radii] for entry in comparison.entries
-        }
-        panels = [Panel(title=name, layers=of_entry) for name, of_entry in layers.items()]
+        panels = [panel(entry, case.row) for entry in comparison.entries]
         displays.append((case, display(cloud, panels, fitting_radius(common, cloud.size, SPHERES_ACROSS))))
     return displays
+
+
+def panel(entry: ComparedRun, row: int) -> Panel:
+    """Return one simulator's spheres on one object, to be drawn."""
+    return Panel(title=entry.name, layers=[layer(entry, row, radius) for radius in entry.radii])
 
 
 def layer(entry: ComparedRun, row: int, radius: float) -> Layer:

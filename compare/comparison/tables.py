@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from spherefunc_bullet.formats.units import format_duration, format_length
@@ -144,17 +143,12 @@ def histogram_table(report: Report) -> TextTable:
 
 def markdown(report: Report) -> str:
     """Return the comparison in Markdown."""
-    return "\n\n".join(["# Comparison of simulators", report["answer"], *sections(report)]) + "\n"
-
-
-def sections(report: Report) -> Iterator[str]:
-    """Yield the sections after the answer."""
-    yield from (table.markdown() for table in tables(report))
-    yield "## How it was made"
-    yield report["timing"]
+    parts = ["# Comparison of simulators", report["answer"], *(table.markdown() for table in tables(report))]
+    parts += ["## How it was made", report["timing"]]
     if report["left_out"]:
-        yield f"Left out of every backend, since one at least failed: {', '.join(report['left_out'])}."
-    yield "\n".join(f"- {name}: {value}" for name, value in report["machine"].items())
+        parts.append(f"Left out of every backend, since one at least failed: {', '.join(report['left_out'])}.")
+    parts.append("\n".join(f"- {name}: {value}" for name, value in report["machine"].items()))
+    return "\n\n".join(parts) + "\n"
 
 
 def number(value: float | None) -> str:
