@@ -56,25 +56,16 @@ PARTS = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class AnimatedDrops:
-    """The resting places of the drops on one object, and the times at which they land."""
-
-    cloud: Cloud
-    part: AnimatedObject
-    centers: np.ndarray  # (S, 3) metres
-    landed: np.ndarray  # (S,) float, the frame in which each comes to rest
-
-    def frame(self, number: int) -> Image.Image:
-        """Return one picture: the spheres at rest, and those in the air above their places."""
-        low, high = drawn_box(self.cloud.mesh.vertices, self.centers, self.part.radius)
-        high = high + [0, 0, 0.25 * (high[2] - low[2])]  # to fall through
-        early = np.clip(self.landed - number, 0, AIRBORNE)
-        centers = self.centers + np.outer(early / AIRBORNE * (high[2] - low[2]), [0, 0, 1])
-        seen = (centers[:, 2] < high[2] - self.part.radius) & (early < AIRBORNE)
-        colours = sphere_colours(self.centers[:, 2], FLAT * self.part.radius)[seen]
-        mesh, view = self.cloud.mesh, CameraView(size=SIZE, cut=self.part.cut)
-        return render(mesh.vertices, mesh.faces, centers[seen], self.part.radius, view, colours, (low, high))
+def fall_picture(part: AnimatedObject, cloud: Cloud, rests: np.ndarray, early: np.ndarray) -> Image.Image:
+    """Return one picture: spheres at rest (S, 3), metres, and those in the air, by the frames (S,) until they rest."""
+    mesh, early = cloud.mesh, np.clip(early, 0, AIRBORNE)
+    low, high = drawn_box(mesh.vertices, rests, part.radius)
+    high = high + [0, 0, 0.25 * (high[2] - low[2])]  # to fall through
+    centers = rests + np.outer(early / AIRBORNE * (high[2] - low[2]), [0, 0, 1])
+    seen = (centers[:, 2] < high[2] - part.radius) & (early < AIRBORNE)
+    colours = sphere_colours(rests[:, 2], FLAT * part.radius)[seen]
+    view = CameraView(size=SIZE, cut=part.cut)
+    return render(mesh.vertices, mesh.faces, centers[seen], part.radius, view, colours, (low, high))
 
 
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
@@ -105,12 +96,12 @@ def drawn_part(part: AnimatedObject, cloud: Cloud, model: FunctionModel) -> list
     settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
     result = make_simulator("fast").drop(cloud, settings, 0)
     landed = np.flatnonzero(result.outcomes == Outcome.SETTLED) / part.drops * (FRAMES - AIRBORNE) + 1
-    fall = AnimatedDrops(cloud=cloud, part=part, centers=result.centers, landed=landed)
     scores, frames = scores_after(cloud, model), []
     for number in range(FRAMES + 1):
         at = min(number * len(COUNTED) // FRAMES, len(COUNTED) - 1)
         label = f"scores after {COUNTED[at]} drops at each radius"
-        frames.append(with_bars(fall.frame(number), model.functions_, scores[at], label))
+        picture = fall_picture(part, cloud, result.centers, landed - number)
+        frames.append(with_bars(picture, model.functions_, scores[at], label))
     return frames
 
 

@@ -90,20 +90,14 @@ class LiveDemo:
         self.drops = gui.add_slider("Drops", 10, 1000, 10, 200)
         self.text = gui.add_markdown("")
         with gui.add_folder("What is it for?"):
-            self.bars = {name: (gui.add_markdown(name), self.bar(colour)) for name, colour in COLOURS.items()}
+            self.bars = {}
+            for name, colour in COLOURS.items():
+                self.bars[name] = gui.add_markdown(name), gui.add_progress_bar(0.0, color=colour)
             self.reasons = gui.add_markdown("")
         server.scene.set_up_direction("+z")
         for control in (self.object, self.radius, self.tilt, self.drops):
-            control.on_update(self.classify_again)
-        self.backend.on_click(self.classify_again)
-
-    def bar(self, colour: tuple[int, int, int]):
-        """Return an empty bar."""
-        return self.server.gui.add_progress_bar(0.0, color=colour)
-
-    def classify_again(self, _event: object):
-        """Set the event that a control was moved; the simulation runs in the main thread."""
-        self.changed.set()
+            control.on_update(lambda _: self.changed.set())  # the simulation runs in the main thread
+        self.backend.on_click(lambda _: self.changed.set())
 
     def update(self, pause: float = PAUSE) -> LiveResult:
         """Drop spheres with the current controls, show and return the result; moving a control ends the fall."""
