@@ -87,32 +87,23 @@ def rooms(name: str, options: str) -> Measurement:
     return measured(name, command, *IN_ROOMS, files=(FOR_SCANS,), **PRINTED)
 
 
-def fused(name: str, program: str, data: str, seed: int, options: str = "", **how: Any) -> Measurement:
-    """Return the measurement of depth images fused in virtual rooms by one of the programs of ``compare/rooms``."""
-    command = f"python -m spherefunc_bullet.compare.rooms.{program} {data} --seed {seed}{options}"
-    return measured(name, command, *IN_ROOMS, "scenes/fusion/*.py", files=(FOR_SCANS,), **how)
+def fused(name: str, program: str, seed: int, options: str = "", **how: Any) -> tuple[Measurement, ...]:
+    """Return the measurements of depth images fused in virtual rooms by one of the programs of ``compare/rooms``.
+
+    Both data sets furnish rooms, each with a seed of its own, and stand in the name in place of ``{}``.
+    """
+    modules, done = (*IN_ROOMS, "scenes/fusion/*.py"), []
+    for turn, (short, data) in enumerate({"models": MODELS, "household": "household"}.items()):
+        command = f"python -m spherefunc_bullet.compare.rooms.{program} {data} --seed {seed + turn}{options}"
+        done.append(measured(name.format(short), command, *modules, files=(FOR_SCANS,), **how))
+    return tuple(done)
 
 
-FRAMES = (
-    fused("fused-models", "fused_frames", MODELS, 31, **PRINTED),
-    fused("fused-household", "fused_frames", "household", 32, **PRINTED),
-)
-POSES = tuple(
-    fused(
-        f"poses-{name}-{10 * centimetres:.0f}mm",
-        "fused_frames",
-        data,
-        seed,
-        f" --pose-error {centimetres / 100}",
-        **PRINTED,
-    )
-    for name, data, seed in (("models", MODELS, 31), ("household", "household", 32))
-    for centimetres in (1, 2)
-)
-UPDATES = (
-    fused("updates-models", "fused_updates", MODELS, 51, **TIMED),
-    fused("updates-household", "fused_updates", "household", 52, **TIMED),
-)
+FRAMES = fused("fused-{}", "fused_frames", 31, **PRINTED)
+ONE_CM = fused("poses-{}-10mm", "fused_frames", 31, " --pose-error 0.01", **PRINTED)
+TWO_CM = fused("poses-{}-20mm", "fused_frames", 31, " --pose-error 0.02", **PRINTED)
+POSES = (ONE_CM[0], TWO_CM[0], ONE_CM[1], TWO_CM[1])
+UPDATES = fused("updates-{}", "fused_updates", 51, **TIMED)
 COMPARED = measured(
     "compare-cubes",
     f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
