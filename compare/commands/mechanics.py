@@ -14,7 +14,7 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 if TYPE_CHECKING:
     from ..mechanics.measures import TaskReports
     from ..mechanics.poses import KeepScore, PoseScore
-    from ..mechanics.standing import Agreement, ScoredAnswers, StandScore
+    from ..mechanics.standing import ScoredAnswers
 
 
 def mechanics(
@@ -50,7 +50,13 @@ def print_measured(found: TaskReports):
     if found.poses:
         print_pose_scores(list(found.poses.values()))
     if found.standing:
-        print_stand_scores(list(found.standing.values()), found.agreement)
+        title = "Furniture whole, with a leg sawn off, with its legs cut askew: is it sound?"
+        print_verdicts(title, "standing", list(found.standing.values()))
+    if (same := found.agreement) is not None:
+        show(
+            f"the first two agree on {same.verdicts:.3f} of {same.things} verdicts, {same.stances:.3f} of what becomes "
+            f"of them unloaded, and {same.places:.3f} of the places that carry"
+        )
     if found.keeping:
         print_keep_scores(list(found.keeping.values()))
     if found.places:
@@ -81,16 +87,6 @@ def print_verdicts(title: str, first: str, answered: Sequence[ScoredAnswers]):
     print_table(f"\n{title}", [first, "objects", "F", "precision", "recall", "processor s each"], rows)
     for answers in answered:
         print_wrong(answers)
-
-
-def print_stand_scores(scores: list[StandScore], same: Agreement | None):
-    """Print the scores of standing, and the agreement of two backends."""
-    print_verdicts("Furniture whole, with a leg sawn off, with its legs cut askew: is it sound?", "standing", scores)
-    if same is not None:
-        show(
-            f"the first two agree on {same.verdicts:.3f} of {same.things} verdicts, {same.stances:.3f} of what becomes "
-            f"of them unloaded, and {same.places:.3f} of the places that carry"
-        )
 
 
 def print_keep_scores(scores: list[KeepScore]):
