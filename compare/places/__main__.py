@@ -28,6 +28,7 @@ from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import load_scan
 
+from ..mechanics.sitting import SURE
 from .proofs import copies_tried, proofs_benchmark, seconds_taken
 from .putting import lay_object, put_benchmark, put_objects, summary
 
@@ -93,7 +94,9 @@ def catalogue_heights(folder: Path) -> dict[str, float]:
 def seats(options: argparse.Namespace) -> dict[str, object]:
     """Return the agreement of headings with hand labels, and of heights with the catalogue's, and all differences."""
     headings, heights = headings_by_hand(options.headings), catalogue_heights(options.folder)
-    first = {file: best_seat(options.folder / file) for file in sorted({*headings, *heights})}
+    first: dict[str, Place | None] = {}
+    for file in sorted({*headings, *heights}):
+        first[file] = next(iter(places_of(load_cloud(options.folder / file), scores=SURE, only="sit")), None)
     backed = [file for file, heading in headings.items() if heading is not None]
     facing = [file for file in backed if faces(first[file], headings[file])]
     level = [file for file, height in heights.items() if first[file] and abs(first[file].height - height) <= WITHIN]
@@ -105,12 +108,6 @@ def seats(options: argparse.Namespace) -> dict[str, object]:
         "wrong headings": sorted(set(backed) - set(facing)),
         "wrong heights": sorted(set(heights) - set(level)),
     }
-
-
-def best_seat(file: Path) -> Place | None:
-    """Return the best place to sit on a seat."""
-    found = places_of(load_cloud(file), scores={"sittable": 1.0}, only="sit")
-    return found[0] if found else None
 
 
 def faces(place: Place | None, heading: float) -> bool:
@@ -164,9 +161,8 @@ def main():
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
     """Return every n-th file of one label, or of the category of the options."""
     objects, category = open_dataset(str(options.folder)).objects, options.category
-    if category is not None:
-        return [item.path for item in objects if item.category == category][:: options.every]
-    return [item.path for item in objects if label in item.functions][:: options.every]
+    chosen = [item for item in objects if (label in item.functions if category is None else item.category == category)]
+    return [item.path for item in chosen[:: options.every]]
 
 
 def put(options: argparse.Namespace) -> dict[str, object]:
