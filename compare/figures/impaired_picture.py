@@ -11,17 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import write_bytes
 
-from ..evaluation.impaired import (
-    COPIES_LEARNT,
-    HARMLESS,
-    HELD,
-    UNSEEN_KIND,
-    USELESS,
-    KindShare,
-    Shares,
-    mean_rows,
-    mean_shares,
-)
+from ..evaluation import impaired
 from ..evaluation.robustness.corruptions import CLEAN, Corruptions, Rates
 from ..pages.plates import GREY, INK, figure_bytes, new_figure
 
@@ -73,7 +63,7 @@ AROUND = 3.2  # inches: the headline, the columns' names, the key
 NARROWEST, LETTER = 9.2, 0.09  # inches, which the key needs; a letter of the headline
 
 
-def draw_impaired(shares: Shares, path: Path) -> Path:
+def draw_impaired(shares: impaired.Shares, path: Path) -> Path:
     """Draw the shares of impaired copies that are still classified by their function, and return the file's path.
 
     There is a panel for each function, with useless kinds above harmless ones, and a column for each feature. Blue
@@ -113,31 +103,33 @@ def require_ending(path: Path):
         raise InputError(f"--picture {path}: expected a file that ends in {' or '.join(ENDINGS)}")
 
 
-def columns_of(shares: Shares) -> dict[str, str]:
+def columns_of(shares: impaired.Shares) -> dict[str, str]:
     """Return the names in the picture of the feature sets that are drawn: simulators, and those of `COLUMNS`."""
     names = list(next(iter(next(iter(shares.values())).values()))["share"])
-    plain = [name for name in names if not name.endswith((HELD, COPIES_LEARNT, UNSEEN_KIND))]
+    plain = [name for name in names if not name.endswith((impaired.HELD, impaired.COPIES_LEARNT, impaired.UNSEEN_KIND))]
     simulators = {name: name for name in plain if name not in {*COLUMNS, *NOT_DRAWN}}
     return simulators | {name: words for name, (words, _) in COLUMNS.items() if name in names}
 
 
-def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dict[bool, dict[str, KindShare]]:
+def blocks_of(
+    kinds: Mapping[str, impaired.KindShare], columns: Mapping[str, str]
+) -> dict[bool, dict[str, impaired.KindShare]]:
     """Return the useless kinds and the harmless ones of a function, by whether they work.
 
     Unchanged objects come first, then the mean, then the kinds.
     """
-    means, blocks = dict(mean_rows(kinds, list(columns))), {}
-    for works, name in ((False, USELESS), (True, HARMLESS)):
+    means, blocks = dict(impaired.mean_rows(kinds, list(columns))), {}
+    for works, name in ((False, impaired.USELESS), (True, impaired.HARMLESS)):
         rows = {kind: row for kind, row in kinds.items() if row["works"] == works}
         first = {kind: rows.pop(kind) for kind in ("whole",) if kind in rows}
         blocks[works] = first | ({MEAN: means[name]} if name in means else {}) | rows
     return blocks
 
 
-def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
+def headline(shares: impaired.Shares, columns: Mapping[str, str]) -> list[str]:
     """Return the results in two sentences, as means over functions."""
-    sentences, means = [], mean_shares(shares, list(columns))
-    for name, words in ((USELESS, "useless copies"), (HARMLESS, "harmless copies")):
+    sentences, means = [], impaired.mean_shares(shares, list(columns))
+    for name, words in ((impaired.USELESS, "useless copies"), (impaired.HARMLESS, "harmless copies")):
         if not np.isnan(list(means[name].values())).all():
             means_text = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
             sentences.append(f"Share of {words} still classified as useful: {means_text}.")
@@ -155,7 +147,7 @@ def kind_words(function: str, kind: str) -> str:
 
 
 def draw_block(
-    axes: Axes, function: str, block: Mapping[str, KindShare], columns: Mapping[str, str], works: bool
+    axes: Axes, function: str, block: Mapping[str, impaired.KindShare], columns: Mapping[str, str], works: bool
 ) -> QuadMesh:
     """Draw the useless or the harmless kinds of one function, a row each, and return the coloured cells."""
     shares = np.array([[row["share"][name] for name in columns] for row in block.values()]).reshape(-1, len(columns))

@@ -14,15 +14,8 @@ from matplotlib.figure import Figure
 
 from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.formats.units import format_length
+from spherefunc_bullet.viewer import pictures
 from spherefunc_bullet.viewer.colours import HEIGHT_COLOURS
-from spherefunc_bullet.viewer.pictures import (
-    CUT_COLOUR,
-    SPHERES_ACROSS,
-    CameraView,
-    fitting_radius,
-    is_cut,
-    object_picture,
-)
 
 from ..pages.plates import DOUBLE, GREY, Plate
 from .evaluated_data import EvaluatedData
@@ -31,7 +24,7 @@ KINDS = 2  # categories of each function, those with most objects, such as chair
 MANY = 4  # functions: if there are more, one category each
 ABREAST = 4  # pictures in a row
 LONGEST = 27  # letters above a picture
-VIEW = CameraView(size=(560, 470))  # somewhat more than 300 dpi
+VIEW = pictures.CameraView(size=(560, 470))  # somewhat more than 300 dpi
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +61,7 @@ def exhibits(data: EvaluatedData) -> list[TypicalObject]:
     outside = ordinary_outsider(data)
     if outside is not None:
         chosen[outside] = None
-    radii = [picture_radius(data, index, SPHERES_ACROSS) for index in chosen]
+    radii = [picture_radius(data, index, pictures.SPHERES_ACROSS) for index in chosen]
     shown = zip(chosen.items(), radii, strict=True)
     return [TypicalObject(index=index, radius=radius, score=score) for (index, score), radius in shown]
 
@@ -98,7 +91,7 @@ def picture_radius(data: EvaluatedData, index: int, across: float) -> float:
     """Return the radius, of those with settled spheres, that fits about ``across`` times in an object's extent."""
     record = data.simulated.records[index]
     filled = [radius for radius in data.radii if len(record.centers(radius))] or data.radii
-    return fitting_radius(filled, record.size, across)
+    return pictures.fitting_radius(filled, record.size, across)
 
 
 def exhibit_row(data: EvaluatedData, exhibit: TypicalObject) -> dict[str, Any]:
@@ -124,13 +117,13 @@ def draw_exhibits(figure: Figure, data: EvaluatedData, shown: list[TypicalObject
     clouds = [data.cloud(exhibit.index) for exhibit in shown]
     for number, (axes, exhibit, cloud) in enumerate(zip(grid.flat, shown, clouds, strict=False)):
         settled = data.simulated.records[exhibit.index].centers(exhibit.radius)
-        axes.imshow(object_picture(cloud, settled, exhibit.radius, VIEW))
+        axes.imshow(pictures.object_picture(cloud, settled, exhibit.radius, VIEW))
         row = exhibit_row(data, exhibit)
         axes.set_title(f"({chr(97 + number)}) {title(row)}", fontsize=7.5, loc="left", pad=2)
         below = f"r = {format_length(exhibit.radius)}, {row['settled']:,} spheres"
         score = "" if exhibit.score is None else f", score {exhibit.score:.2f}"
         axes.text(0, -0.02, below + score, transform=axes.transAxes, va="top", fontsize=6.5, color=GREY)
-    draw_key(grid.flat[len(shown)], any(is_cut(cloud) and cloud.mesh is not None for cloud in clouds))
+    draw_key(grid.flat[len(shown)], any(pictures.is_cut(cloud) and cloud.mesh is not None for cloud in clouds))
 
 
 def title(row: Mapping[str, str]) -> str:
@@ -150,5 +143,5 @@ def draw_key(axes: Axes, cut: bool):
     axes.text(0.27, 0.38, "lowest sphere", va="bottom", fontsize=7)
     if not cut:
         return
-    axes.fill([0.12, 0.22, 0.22, 0.12], [0.16, 0.16, 0.26, 0.26], color=CUT_COLOUR)
+    axes.fill([0.12, 0.22, 0.22, 0.12], [0.16, 0.16, 0.26, 0.26], color=pictures.CUT_COLOUR)
     axes.text(0.27, 0.21, "cut through the object", va="center", fontsize=7)

@@ -11,29 +11,21 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from PIL.Image import Image
 
+from spherefunc_bullet.viewer import page
 from spherefunc_bullet.viewer.mechanics_pictures import png_of
-from spherefunc_bullet.viewer.page import (
-    display_html,
-    image_html,
-    page_html,
-    table_html,
-    viewer_file,
-    viewer_script,
-    viewer_style,
-)
 
 
 def report_page(title: str, body: str, *, displays: bool = False) -> str:
     """Return a page of HTML under a title of plain text, with the viewer's script if it has displays."""
-    style = viewer_file("report.css", __package__)
+    style = page.viewer_file("report.css", __package__)
     if not displays:
-        return page_html(title, [body], style=style)
-    return page_html(title, [body], style=f"{style}\n{viewer_style()}", script=viewer_script())
+        return page.page_html(title, [body], style=style)
+    return page.page_html(title, [body], style=f"{style}\n{page.viewer_style()}", script=page.viewer_script())
 
 
 def image(picture: Image, alt: str) -> str:
     """Return a picture as an HTML element that carries its own bytes."""
-    return image_html(alt, png_of(picture))
+    return page.image_html(alt, png_of(picture))
 
 
 def drawing(svg: str, alt: str) -> str:
@@ -48,8 +40,10 @@ def filled_template(package: str, **values: Any) -> str:
     Templates may call `table_html`, `display_html`, `image` and `drawing`, which escape their arguments themselves.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.globals |= {make.__name__: as_markup(make) for make in (table_html, display_html, image, drawing)}
-    return environment.from_string(viewer_file("page.html", package)).render(values)
+    environment.globals |= {
+        make.__name__: as_markup(make) for make in (page.table_html, page.display_html, image, drawing)
+    }
+    return environment.from_string(page.viewer_file("page.html", package)).render(values)
 
 
 def as_markup(make: Callable[..., str]) -> Callable[..., Markup]:

@@ -9,16 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import (
-    BY_FILE,
-    Json,
-    PackagePath,
-    Seed,
-    Units,
-    Up,
-    require_drawings,
-    run_on_files,
-)
+from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, show
 from spherefunc_bullet.formats.units import parse_length
 
@@ -38,26 +29,26 @@ def places(
     ] = False,
     person: Annotated[str, typer.Option(help="Height of the person who sits.")] = "1.75m",
     backend: Annotated[str, typer.Option(help="Simulator that tests places; fast can only propose them.")] = "bullet",
-    seed: Seed = 0,
-    up: Up = BY_FILE,
-    units: Units = "m",
-    package_path: PackagePath = None,
+    seed: options.Seed = 0,
+    up: options.Up = options.BY_FILE,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object with its places.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write an interactive page of them.")] = None,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Find the places where each object can be used: to sit, to put down and to pour."""
     from spherefunc_bullet.simulator import make_simulator
     from spherefunc_bullet.simulator.mechanics import require_ability
     from spherefunc_bullet.simulator.proofs import ProofSettings
 
-    require_drawings([*files, *([put] if put else [])], picture, page)
+    options.require_drawings([*files, *([put] if put else [])], picture, page)
     simulator = make_simulator(backend)
     if prove:
         require_ability(simulator, "prove")
     tall = ProofSettings(person=parse_length(person)).person
     failures, how = Failures(), (put, prove, tall, up, units, seed)
-    results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
+    results = options.run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [
         {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
         for file, (found, seconds) in results

@@ -97,8 +97,7 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
     azimuth, elevation = np.radians([azimuth_deg, _ELEVATION_DEG])
     toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    axes = np.stack([right, np.cross(right, toward) * -1.0, -toward])
-    axes[1] = np.cross(axes[2], axes[0])
+    axes = np.stack([right, np.cross(-toward, right), -toward])
     corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij")).reshape(3, -1).T - (low + high) / 2
     across = np.abs(corners @ axes[0]) / (size[0] / size[1])
     distance = (np.maximum(across, np.abs(corners @ axes[1])) * 2 / _FIELD + corners @ toward).max()
