@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import ScoredAnswers, TaskAnswer, by_main_function, score_of, simulator_answers
+from .standing import ScoredAnswers, TaskAnswer, scored, simulator_answers, with_function
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -62,9 +62,8 @@ def score_poses(
     loading: LoadOptions,
 ) -> PoseScore | None:
     """Return how well a backend finds the poses of objects that have a function; None without such objects."""
-    chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
     answers: dict[str, dict[str, float]] = {}
-    for function, of_function in by_main_function(chosen, classifier.functions_).items():
+    for function, of_function in with_function(objects, classifier.functions_, count).items():
         more = (f"posing by {simulator.name}", loading, function, classifier)
         for item, answer, _ in simulator_answers(posed, of_function, simulator, *more):
             answers[item.path.name] = answer
@@ -131,8 +130,7 @@ def score_keeping(
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(
-        score=score_of(simulator.name, verdicts, float(np.mean(seconds))),
-        verdicts=tuple(verdicts),
+        **vars(scored(simulator, verdicts, seconds)),
         angles_deg=CarrySettings().angles_deg,
         vessels=mean_curve(curves.pop(WHOLE)),
         others=mean_curve(curves.pop(OTHER)),

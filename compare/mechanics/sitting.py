@@ -26,7 +26,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import ScoredAnswers, TaskAnswer, score_of, simulator_answers
+from .standing import ScoredAnswers, TaskAnswer, scored, simulator_answers
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
@@ -91,6 +91,4 @@ def score_sitting(
             TaskAnswer(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
             for kind, (share, _) in held.items()
         ]
-    if not verdicts:
-        return None
-    return ScoredAnswers(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
+    return scored(simulator, verdicts, seconds) if verdicts else None

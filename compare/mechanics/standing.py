@@ -75,17 +75,20 @@ class TaskOutcome:
     right: dict[str, bool]  # by object: whether its answer is correct
 
 
-def score_of(backend: str, verdicts: Sequence[TaskAnswer], cpu_seconds: float) -> TaskScore:
-    """Return the score of verdicts."""
+def scored(simulator: Simulator, verdicts: Sequence[TaskAnswer], seconds: Sequence[float]) -> ScoredAnswers:
+    """Return verdicts with their score; the seconds are those of each object."""
     found = quality(np.array([answer.true for answer in verdicts]), np.array([answer.positive for answer in verdicts]))
     shares = {"f_measure": found.f_measure, "precision": found.precision, "recall": found.recall}
-    return TaskScore(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
+    about = {"backend": simulator.name, "asked": len(verdicts), "cpu_seconds": float(np.mean(seconds))}
+    return ScoredAnswers(score=TaskScore(**about, **shares), verdicts=tuple(verdicts))
 
 
-def by_main_function(objects: Sequence[DatasetObject], functions: Sequence[str]) -> dict[str, list[DatasetObject]]:
-    """Return objects by the first of some functions that they have."""
+def with_function(
+    objects: Sequence[DatasetObject], functions: Sequence[str], count: int | None
+) -> dict[str, list[DatasetObject]]:
+    """Return at most this many of the objects that have some function, evenly chosen, by the first that they have."""
     by: dict[str, list[DatasetObject]] = {function: [] for function in functions}
-    for item in objects:
+    for item in evenly([item for item in objects if item.functions & set(functions)], count):
         by[next(name for name in functions if name in item.functions)].append(item)
     return by
 
@@ -174,18 +177,16 @@ def score_standing(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
 ) -> StandScore | None:
     """Return how well a backend distinguishes sound furniture from sawn; None without furniture."""
-    chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)
     answers, seconds = {}, []
-    for function, of_function in by_main_function(chosen, FUNCTIONS).items():
+    for function, of_function in with_function(objects, FUNCTIONS, count).items():
         more = (f"standing by {simulator.name}", loading, function)
         for item, found, taken in simulator_answers(standing_answers, of_function, simulator, *more):
             answers |= {f"{item.path.name} {answer.kind}": answer for answer in found}
             seconds.append(taken / len(found))
     if not answers:
         return None
-    verdicts = tuple(answer.verdict(name) for name, answer in answers.items())
-    score = score_of(simulator.name, verdicts, float(np.mean(seconds)))
-    return StandScore(score=score, verdicts=verdicts, answers=answers)
+    verdicts = [answer.verdict(name) for name, answer in answers.items()]
+    return StandScore(**vars(scored(simulator, verdicts, seconds)), answers=answers)
 
 
 @dataclass(frozen=True, kw_only=True)
