@@ -12,14 +12,10 @@ from .gallery import write_gallery, write_side_by_side
 from .laid_table import write_laid_table
 
 
-def main(
-    out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("docs/images"),
-    backend: Annotated[str, typer.Option(help="Simulator that drops the spheres.")] = "fast",
-    beside: Annotated[str, typer.Option(help="Simulator that is shown next to it.")] = "bullet",
-):
+def main(out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("docs/images")):
     """Draw the pictures and print their paths and sizes."""
-    paths = [write_side_by_side(out, [backend, beside]), *write_gallery(out, backend)]
-    for path in [*paths, write_laid_table(out, backend), write_animation(out)]:
+    paths = [write_side_by_side(out, ["fast", "bullet"]), *write_gallery(out, "fast")]
+    for path in [*paths, write_laid_table(out), write_animation(out)]:
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 

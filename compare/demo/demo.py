@@ -103,7 +103,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
-        laid = write_laid_table(out / "pictures", "fast")
+        laid = write_laid_table(out / "pictures")
         gallery = write_gallery(out / "pictures", backend)
     write_text(out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(

@@ -48,12 +48,12 @@ def cloud_of(surface: ObjectSurface) -> Cloud:
     return cloud_from_mesh(vertices, faces, NAME)
 
 
-def write_laid_table(out: Path, backend: str) -> Path:
+def write_laid_table(out: Path) -> Path:
     """Write ``laid_table.png``, pictures of the table with the answers of the model of the package; return its path."""
     steps = []
     for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table"):
-        rests = settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests
-        answer = sf.classify(cloud, backend=backend)
+        rests = settle(cloud, "fast", [DRAWN], 0, FALLEN)[DRAWN].rests
+        answer = sf.classify(cloud, backend="fast")
         name, unsure = "table" if "table" in answer.functions else "no table", " (unsure)" * answer.unsure
         words = f"{title}: {name}, {answer.scores['table']:.2f}{unsure}"
         steps.append(captioned(object_picture(cloud, rests, DRAWN, CameraView()), words, ""))
