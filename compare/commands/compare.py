@@ -21,7 +21,11 @@ def compare(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder, a catalogue's name, or an experiment.toml.")],
     backends: Annotated[
         str | None,
-        typer.Option(help="Simulators, such as fast,bullet:mesh,bullet:voxel. Default: fast,bullet, if installed."),
+        typer.Option(
+            "--backends",
+            "--backend",
+            help="Simulators, such as fast,bullet:mesh,bullet:voxel. Default: fast,bullet, if installed.",
+        ),
     ] = None,
     shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
     radii: Annotated[

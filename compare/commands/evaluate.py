@@ -72,6 +72,7 @@ def evaluate(
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
     from ..mechanics.measures import measured, task_reports
+    from ..mechanics.standing import TaskOptions
     from .compare import parse_tasks
     from .mechanics import print_measured
 
@@ -115,7 +116,8 @@ def evaluate(
     mechanics, others = None, [name for name in task_names if name != LABELS]
     if others:
         simulators = {drop_config.simulator.name: drop_config.simulator}
-        mechanics = measured(dataset.objects, simulators, others, task_objects, None, drop_config.loading)
+        asked = TaskOptions(count=task_objects, loading=drop_config.loading, failed=failures.add)
+        mechanics = measured(dataset.objects, simulators, others, None, asked)
     print_results(about, results, json, shares, confusion, mechanics and task_reports(mechanics), rates)
     if mechanics is not None and not json:
         print_measured(mechanics)

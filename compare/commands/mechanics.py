@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Json
-from spherefunc_bullet.console import print_json, print_table, say, show
+from spherefunc_bullet.console import Failures, print_json, print_table, say, show
 
 if TYPE_CHECKING:
     from ..mechanics.measures import TaskReports
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
-    backends: Annotated[str, typer.Option(help="Simulators; what one cannot do is reported.")] = "fast,bullet",
+    backends: Annotated[
+        str, typer.Option("--backends", "--backend", help="Simulators; what one cannot do is reported.")
+    ] = "fast,bullet",
     tasks: Annotated[str, typer.Option(help="Some of poses, standing, keeping, places.")] = "poses,standing,keeping",
     count: Annotated[int | None, typer.Option(min=1, help="Maximum number of objects for each task.")] = 100,
     model: Annotated[Path | None, typer.Option(help="Model that ranks poses. Default: the package's model.")] = None,
@@ -28,16 +30,19 @@ def mechanics(
     """Measure how well simulators find poses, detect sawn furniture, and classify vessels by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
-    from spherefunc_bullet.settling.cached_runs import LoadOptions
     from spherefunc_bullet.simulator import make_simulator
 
     from ..mechanics.measures import measured, read_tasks, task_reports
+    from ..mechanics.standing import TaskOptions
 
     chosen = read_tasks(tasks.split(","))
     simulators = {name: make_simulator(name) for name in backends.split(",")}
     classifier = load_model(model or shipped_model("fast"))
-    found = measured(open_dataset(data).objects, simulators, chosen, count, classifier, LoadOptions())
+    failures = Failures()
+    options = TaskOptions(count=count, failed=failures.add)
+    found = measured(open_dataset(data).objects, simulators, chosen, classifier, options)
     print_json(task_reports(found)) if json else print_measured(found)
+    failures.exit()
 
 
 def print_measured(found: TaskReports):

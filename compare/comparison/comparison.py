@@ -21,6 +21,7 @@ from ..evaluation.protocol import Labels, Protocol, Split, Splits, labels_of
 from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled, spheres_read
 from ..machine import machine
 from ..mechanics.measures import measured, task_reports
+from ..mechanics.standing import TaskOptions
 from .agreement import agreements
 from .entries import ComparedRun, Comparison, Runs, dropped_twice
 from .experiment import LABELS, ComparedSimulator, Experiment
@@ -84,7 +85,8 @@ def tasks_of(experiment: Experiment, compared: Sequence[ComparedSimulator], data
     simulators: dict[str, Simulator] = {}
     for item in compared:
         simulators.setdefault(item.backend, item.simulator)
-    return task_reports(measured(dataset.objects, simulators, tasks, experiment.task_objects, None, experiment.loading))
+    options = TaskOptions(count=experiment.task_objects, loading=experiment.loading)
+    return task_reports(measured(dataset.objects, simulators, tasks, None, options))
 
 
 def feature_report(evaluation: Evaluation) -> dict[str, Any]:

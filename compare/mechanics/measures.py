@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.errors import require_known
+from spherefunc_bullet.errors import InputError, require_known
 from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
 from .sitting import score_sitting
-from .standing import Agreement, ScoredAnswers, StandScore, TaskOutcome, agreement, score_standing
+from .standing import Agreement, ScoredAnswers, StandScore, TaskOptions, TaskOutcome, agreement, score_standing
 
 # By task, the method that a backend needs; spheres propose places to sit, and some backends can prove them.
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
@@ -77,28 +76,34 @@ def measured(
     objects: Sequence[DatasetObject],
     simulators: Mapping[str, Simulator],
     tasks: Sequence[str],
-    count: int | None,
     classifier: CloudClassifier | None,
-    loading: LoadOptions,
+    options: TaskOptions,
 ) -> TaskReports:
     """Return the results of simulators at the tasks that each of them can do.
 
     Parameters
     ----------
-    count : int, optional
-        The maximum number of objects of each task, evenly chosen.
     classifier : CloudClassifier, optional
         Ranks poses; by default the model of the package.
     """
     if "poses" in tasks and classifier is None:
         classifier = load_model(shipped_model("fast"))
 
+    said: set[str] = set()
+
+    def say_once(error: InputError):
+        if str(error) not in said:
+            said.add(str(error))
+            options.failed(InputError(f"{error} (left out)"))
+
+    once = replace(options, failed=say_once)
+
     def measurable(task: str) -> dict[str, Simulator]:
         named = ABILITIES[task]
         return {name: row for name, row in simulators.items() if task in tasks and callable(getattr(row, named, None))}
 
     def scored(task: str, score: Callable[..., Any], *more: object) -> dict[str, Any]:
-        scored = {name: score(objects, row, *more, count, loading) for name, row in measurable(task).items()}
+        scored = {name: score(objects, row, *more, once) for name, row in measurable(task).items()}
         return {name: row for name, row in scored.items() if row is not None}
 
     return TaskReports(

@@ -22,7 +22,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import ScoredAnswers, TaskAnswer, scored, simulator_answers, with_function
+from .standing import ScoredAnswers, TaskAnswer, TaskOptions, scored, simulator_answers, with_function
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -58,13 +58,12 @@ def score_poses(
     objects: Sequence[DatasetObject],
     simulator: Simulator,
     classifier: CloudClassifier,
-    count: int | None,
-    loading: LoadOptions,
+    options: TaskOptions,
 ) -> PoseScore | None:
     """Return how well a backend finds the poses of objects that have a function; None without such objects."""
     answers: dict[str, dict[str, float]] = {}
-    for function, of_function in with_function(objects, classifier.functions_, count).items():
-        more = (f"posing by {simulator.name}", loading, function, classifier)
+    for function, of_function in with_function(objects, classifier.functions_, options.count).items():
+        more = (f"posing by {simulator.name}", options, function, classifier)
         for item, answer, _ in simulator_answers(posed, of_function, simulator, *more):
             answers[item.path.name] = answer
     if not answers:
@@ -110,16 +109,14 @@ def carried(path: Path, simulator: Simulator, loading: LoadOptions, holed: bool)
     return {kind: simulator.carry(variant, CarrySettings(), 0).kept for kind, variant in variants.items()}
 
 
-def score_keeping(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
-) -> KeepScore | None:
+def score_keeping(objects: Sequence[DatasetObject], simulator: Simulator, options: TaskOptions) -> KeepScore | None:
     """Return how well a backend distinguishes vessels from objects that only carry; None if either are missing."""
-    vessels = evenly([item for item in objects if "cup" in item.functions], count)
+    vessels = evenly([item for item in objects if "cup" in item.functions], options.count)
     flat = [item for item in objects if item.category in OTHERS or "table" in item.functions]
     verdicts, seconds = [], []
     curves: dict[str, list[Curve]] = {WHOLE: [], OTHER: []}
-    for true, items in ((True, vessels), (False, evenly(flat, count))):
-        for item, kept, taken in simulator_answers(carried, items, simulator, "carrying", loading, true):
+    for true, items in ((True, vessels), (False, evenly(flat, options.count))):
+        for item, kept, taken in simulator_answers(carried, items, simulator, "carrying", options, true):
             seconds.append(taken / len(kept))
             whole = kept.pop(WHOLE)
             curves[WHOLE if true else OTHER].append(whole)

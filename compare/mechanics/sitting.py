@@ -26,7 +26,7 @@ from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import ScoredAnswers, TaskAnswer, scored, simulator_answers
+from .standing import ScoredAnswers, TaskAnswer, TaskOptions, scored, simulator_answers
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
@@ -79,13 +79,11 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
     return share, time.process_time() - started
 
 
-def score_sitting(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
-) -> ScoredAnswers | None:
+def score_sitting(objects: Sequence[DatasetObject], simulator: Simulator, options: TaskOptions) -> ScoredAnswers | None:
     """Return how well a backend distinguishes seats from useless copies; None without seats."""
     verdicts, seconds = [], []
-    seats = evenly([item for item in objects if SEAT in item.functions], count)
-    for item, held, _ in simulator_answers(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
+    seats = evenly([item for item in objects if SEAT in item.functions], options.count)
+    for item, held, _ in simulator_answers(places_held, seats, simulator, f"sitting by {simulator.name}", options):
         seconds += [taken for _, taken in held.values()]
         verdicts += [
             TaskAnswer(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)

@@ -15,8 +15,9 @@ from typing import TypeVar
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
-from spherefunc_bullet.console import passed, say
+from spherefunc_bullet.console import fail, passed
 from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.learning.validation import quality
 from spherefunc_bullet.processes.tasks import run_tasks
@@ -93,14 +94,28 @@ def with_function(
     return by
 
 
+@dataclass(frozen=True, kw_only=True)
+class TaskOptions:
+    """What all tasks have in common."""
+
+    count: int | None = None  # the maximum number of objects of each task, evenly chosen; None: all
+    loading: LoadOptions = LoadOptions()
+    failed: Callable[[InputError], object] = fail  # receives the errors of files, which are left out
+
+
 def simulator_answers(
-    function: Callable[..., Answer], objects: Sequence[DatasetObject], simulator: Simulator, doing: str, *more: object
+    function: Callable[..., Answer],
+    objects: Sequence[DatasetObject],
+    simulator: Simulator,
+    doing: str,
+    options: TaskOptions,
+    *more: object,
 ) -> Iterator[tuple[DatasetObject, Answer, float]]:
     """Yield each object with a function's answer about its file, and the seconds of processor time that it took."""
-    tasks = [(function, item.path, simulator, *more) for item in objects]
+    tasks = [(function, item.path, simulator, options.loading, *more) for item in objects]
     paths = [item.path for item in objects]
     outcomes = run_tasks(timed, tasks, paths, isolate=isolated(simulator))
-    for index, outcome in passed(outcomes, len(objects), doing, lambda error: say(f"left out: {error}")):
+    for index, outcome in passed(outcomes, len(objects), doing, options.failed):
         yield objects[index], *outcome
 
 
@@ -173,13 +188,11 @@ class StandScore(ScoredAnswers):
     answers: dict[str, StandAnswer]  # by file and kind
 
 
-def score_standing(
-    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: LoadOptions
-) -> StandScore | None:
+def score_standing(objects: Sequence[DatasetObject], simulator: Simulator, options: TaskOptions) -> StandScore | None:
     """Return how well a backend distinguishes sound furniture from sawn; None without furniture."""
     answers, seconds = {}, []
-    for function, of_function in with_function(objects, FUNCTIONS, count).items():
-        more = (f"standing by {simulator.name}", loading, function)
+    for function, of_function in with_function(objects, FUNCTIONS, options.count).items():
+        more = (f"standing by {simulator.name}", options, function)
         for item, found, taken in simulator_answers(standing_answers, of_function, simulator, *more):
             answers |= {f"{item.path.name} {answer.kind}": answer for answer in found}
             seconds.append(taken / len(found))

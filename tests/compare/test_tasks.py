@@ -9,6 +9,7 @@ from pathlib import Path
 import catalogues
 import numpy as np
 import pytest
+from commands import spherefunc
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
@@ -23,14 +24,13 @@ from spherefunc_bullet.compare.mechanics.measures import (
     read_tasks,
     task_reports,
 )
-from spherefunc_bullet.compare.mechanics.standing import TaskOutcome
+from spherefunc_bullet.compare.mechanics.standing import TaskOptions, TaskOutcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.settling.cached_runs import LoadOptions
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
@@ -105,7 +105,7 @@ def kept() -> TaskReports:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(poses, "CarrySettings", partial(CarrySettings, angles_deg=farthest, shake=0.0, frequency=30.0))
         patch.setattr(standing, "isolated", lambda simulator: False)
-        return measured(few("mug_01", "plate_01"), {"bullet": simulator}, ["keeping"], 1, None, LoadOptions())
+        return measured(few("mug_01", "plate_01"), {"bullet": simulator}, ["keeping"], None, TaskOptions(count=1))
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ def few(*names: str):
 def test_what_a_backend_cannot_do_is_said_and_left_out():
     objects = few("mug_01", "plate_01", "cafe_table_01")
     fast = {"fast": make_simulator("fast")}
-    found = task_reports(measured(objects, fast, ["standing", "keeping"], 3, None, LoadOptions()))
+    found = task_reports(measured(objects, fast, ["standing", "keeping"], None, TaskOptions(count=3)))
     assert found["keeping"]["unable"] == ["fast"] and found["keeping"]["rows"] == []
     assert found["standing"]["rows"][0]["asked"] >= 2 and found["standing"]["agreement"] is None
     json.dumps(found)  # ready for it
@@ -151,7 +151,7 @@ def test_a_mug_is_told_from_a_plate_by_what_it_keeps(kept):
 @pytest.mark.slow
 def test_a_person_can_sit_on_seats_and_spheres_alone_believe_more():
     simulators = {"fast": make_simulator("fast"), "bullet": carrier()}
-    found = measured(few("stool_01"), simulators, ["places"], 1, None, LoadOptions())
+    found = measured(few("stool_01"), simulators, ["places"], None, TaskOptions(count=1))
     proposed, proven = (found.places[name].verdicts for name in simulators)
     assert [(one.name, one.kind) for one in proposed] == [(one.name, one.kind) for one in proven]
     assert all(one.positive for one in (*proposed, *proven) if one.kind == "whole")
@@ -163,8 +163,19 @@ def test_a_person_can_sit_on_seats_and_spheres_alone_believe_more():
 
 
 def test_data_without_furniture_have_nothing_that_stands():
-    found = measured(few("mug_01"), {"fast": make_simulator("fast")}, ["standing"], 3, None, LoadOptions())
+    found = measured(few("mug_01"), {"fast": make_simulator("fast")}, ["standing"], None, TaskOptions(count=3))
     assert "the data have nothing to ask about" in task_reports(found)["standing"]["says"]
+
+
+@pytest.mark.slow
+def test_a_file_that_cannot_be_used_is_said_once_and_counts(tmp_path):
+    chosen = [item for item in catalogues.household() if item.name in ("stool_01", "mug_01", "plate_01")]
+    folder = write_catalogue(chosen, tmp_path / "objects", "three").parent
+    (folder / "stool_01.ply").write_bytes(b"")
+    done = spherefunc("mechanics", folder, "--backend", "fast", "--tasks", "poses,standing,places", "--json")
+    assert done.returncode == 2 and json.loads(done.stdout)["poses"]["rows"][0]["asked"] == 1
+    [line] = done.stderr.splitlines()
+    assert line.startswith("spherefunc: ") and "stool_01.ply" in line and line.endswith("(left out)")
 
 
 @pytest.mark.slow
