@@ -41,6 +41,7 @@ from .truth import recognised_in, true_objects
 
 VIEWS = (3, 1, 5, 2)  # of the rooms, in turn
 FACTORS = (0.5, 2.0)
+CHANGED, MOST = 3, 0.9  # answers, and share of the functions found as usual, of variations that count for the spread
 DIGITS = 2  # of a place in metres: nearer places are the same answer
 
 Answers = tuple[MatchCounts, list[str]]  # the counts of functions in all rooms, and each room's answer for comparison
@@ -133,6 +134,18 @@ def row_of(number: SettingField, answers: Callable[[], Answers], before: Sequenc
     return row
 
 
+def spread_of(rows: Sequence[Sequence[str]], before: MatchCounts) -> str:
+    """Return in one line the mean counts over the variations that change some answers and still find most objects."""
+    some = [row[at : at + 3] for row in rows for at in (2, 5)]
+    counts = np.array([list(map(int, one)) for one in some if one[0] != "-"], int).reshape(-1, 3)
+    counts = counts[(counts[:, 2] >= CHANGED) & (counts[:, 0] >= MOST * before.hits)]
+    if len(counts) < 2:
+        return "too few variations change some answers for a mean"
+    means, deviations = counts.mean(axis=0), counts.std(axis=0, ddof=1)
+    found, false = (f"{means[k]:.1f} ± {deviations[k]:.1f}" for k in (0, 1))
+    return f"{len(counts)} variations change some answers: {found} found, {false} false"
+
+
 def print_list():
     """Print the name, value, unit and meaning of every number."""
     for stage, settings_of_stage in settings.STAGES.items():
@@ -182,6 +195,7 @@ def main(
         still = sum(row[4] == row[7] == "0" for row in rows)
         title = f"{len(before)} {'scans' if scans else 'rooms'}: {counts.hits} found, {counts.false_alarms} false"
         print_table(f"{title}; {still} of {len(rows)} change nothing", columns, rows)
+        show(spread_of(rows, counts))
     failures.exit()
 
 

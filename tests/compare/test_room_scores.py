@@ -10,7 +10,7 @@ import pytest
 from checkout import ROOT
 
 from spherefunc_bullet.compare.rooms.matching import MatchCounts, function_counts, match_parts, segmentation_counts
-from spherefunc_bullet.compare.rooms.sensitivity import numbers_of, print_list
+from spherefunc_bullet.compare.rooms.sensitivity import numbers_of, print_list, spread_of
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.scenes.settings import SEGMENTATION, STAGES
@@ -95,6 +95,14 @@ def test_a_number_is_another_for_a_while_where_it_is_read():
     with thickness.times(0.5):
         assert SEGMENTATION.wall_thickness == 0.025
     assert SEGMENTATION.wall_thickness == 0.05
+
+
+def test_the_spread_leaves_out_what_changes_little_and_what_breaks():
+    rows = [["a", "1", "9", "2", "4", "8", "9", "9"], ["b", "2", "11", "4", "3", "10", "3", "2"]]
+    rows += [["c", "3", "-", "-", "ValueError", "10", "6", "5"]]
+    said = spread_of(rows, MatchCounts(10, 3, 2))
+    assert said == "3 variations change some answers: 10.0 ± 1.0 found, 4.0 ± 2.0 false"
+    assert spread_of(rows[:1], MatchCounts(10, 3, 2)).startswith("too few")
 
 
 @pytest.mark.slow
