@@ -71,8 +71,7 @@ def evaluate(
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
-    from ..mechanics.measures import measured, task_reports
-    from ..mechanics.standing import TaskOptions
+    from ..mechanics.measures import TaskOptions, measured, task_reports
     from .compare import parse_tasks
     from .mechanics import print_measured
 
@@ -113,11 +112,10 @@ def evaluate(
         rates = corruption_rates(learnt, tested, drop_config, chosen, **how)
     if picture is not None:
         draw_impaired(shares, picture) if impaired else draw_corruptions(rates, picture)
-    mechanics, others = None, [name for name in task_names if name != LABELS]
-    if others:
-        simulators = {drop_config.simulator.name: drop_config.simulator}
+    mechanics = None
+    if others := [name for name in task_names if name != LABELS]:
         asked = TaskOptions(count=task_objects, loading=drop_config.loading, failed=failures.add)
-        mechanics = measured(dataset.objects, simulators, others, None, asked)
+        mechanics = measured(dataset.objects, {backend: drop_config.simulator}, others, None, asked)
     print_results(about, results, json, shares, confusion, mechanics and task_reports(mechanics), rates)
     if mechanics is not None and not json:
         print_measured(mechanics)
