@@ -71,10 +71,9 @@ class PoolNumbers:
     """From spheres at rest to the surfaces and vessels that hold them, and to the parts cut out around these."""
 
     density: float = number(0.06, "spheres", "of a run on a square of their radius: too few to pile up")
-    runs: int = number(5, "runs", "so that a chair's seat carries twenty large spheres, a mug ten small ones")
+    runs: int = number(5, "runs", "of which a chair's seat carries twenty large spheres, and a pool one each at least")
     min_spheres: int = number(20, "spheres", "of a run")
     linked: float = number(4.0, "radii", "between neighbours in one pool, about twice their mean distance")
-    min_rests: int = number(3, "spheres", "of a pool, at least")
     slab: float = number(0.03, "m", "of a surface above and below its height: a cushion's swelling, less than a lip")
     upright: float = number(0.10, "m", "of height that a square of a wall or a back spans, and of a level surface not")
     neck: float = number(0.12, "m", "width below which two surfaces are only connected by a neck")
