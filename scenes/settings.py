@@ -71,7 +71,7 @@ class PoolNumbers:
     """From spheres at rest to the surfaces and vessels that hold them, and to the parts cut out around these."""
 
     density: float = number(0.06, "spheres", "of a run on a square of their radius: too few to pile up")
-    runs: int = number(5, "runs", "of which a chair's seat carries twenty large spheres, and a pool one each at least")
+    runs: int = number(5, "runs", "so that a chair's seat carries twenty large spheres, a mug ten small ones")
     min_spheres: int = number(20, "spheres", "of a run")
     linked: float = number(4.0, "radii", "between neighbours in one pool, about twice their mean distance")
     slab: float = number(0.03, "m", "of a surface above and below its height: a cushion's swelling, less than a lip")
@@ -95,6 +95,11 @@ class PoolNumbers:
     enclosed: float = number(0.6, "of the directions", "that meet a wall of a vessel, at least")
     back_gap: float = number(0.25, "m", "between a surface and its back, which posts may hold, at most")
     cautious_gap: float = number(0.10, "m", "likewise, where parts are cut out cautiously for training")
+
+    @property
+    def min_rests(self) -> int:
+        """Spheres of a pool, at least: one of each run on average."""
+        return self.runs
 
 
 @dataclass(frozen=True, kw_only=True)

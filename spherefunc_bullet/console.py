@@ -90,7 +90,7 @@ def log_on_stderr(level: int = logging.INFO):
     usual = warnings.showwarning
 
     def show_in_one_line(message: Warning | str, category: type[Warning], *where: Any):
-        """Print a warning of the library as one line, and others as Python does."""
+        """Print a plain warning, as the library gives them, as one line, and others as Python does."""
         if category is UserWarning:
             say(one_line(message))
         else:

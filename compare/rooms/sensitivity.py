@@ -162,8 +162,8 @@ def print_list():
 def main(
     data: Annotated[str, typer.Argument(help="Models that furnish rooms, not learnt by the model for scans.")],
     stages: Annotated[str, typer.Option(help="Names of settings, separated by commas.")] = ",".join(settings.STAGES),
-    rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
-    seed: Annotated[int, typer.Option(min=0)] = 0,
+    rooms: Annotated[int | None, typer.Option(min=1, help="How many. Default: 4.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Random seed of the rooms. Default: 0.")] = None,
     scans: Annotated[bool, typer.Option("--scans", help="DATA is a folder of labelled scans.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="Only list all settings.")] = False,
     jobs: options.Jobs = 1,
@@ -173,6 +173,7 @@ def main(
     if listed:
         print_list()
         return
+    options.require_beside("--scans", scans, {"--rooms": rooms, "--seed": seed}, {})
     chosen, failures = stages.split(","), Failures()
     require_known("--stages", chosen, settings.STAGES)
     numbers = [number for stage in chosen for number in numbers_of(stage)]
@@ -180,9 +181,9 @@ def main(
     if scans:
         answers = partial(answers_in_scans, scan_files(Path(data), ""), model)
     else:
-        how = {"seed": seed, "failed": failures.add, "lived_in": parse_lived_in("all=0.5")}
-        furnished = furnish_lived_in(open_dataset(data), rooms, **how)
-        scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed) for k, room in enumerate(furnished)]
+        how = {"seed": seed or 0, "failed": failures.add, "lived_in": parse_lived_in("all=0.5")}
+        furnished = furnish_lived_in(open_dataset(data), rooms or 4, **how)
+        scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed or 0) for k, room in enumerate(furnished)]
         answers = partial(answers_in_rooms, scanned, model)
     counts, before = answers()
     tasks = (delayed(row_of)(number, answers, before) for number in numbers)

@@ -115,7 +115,7 @@ def level_pools(voxels: Cells, centers: np.ndarray, radius: float) -> list[Pool]
     pools = [
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))
-        if len(members) >= POOL.runs
+        if len(members) >= POOL.min_rests
         for pool in pools_at(voxels, centers[members], feet[members])
     ]
     return sorted(pools, key=lambda pool: (-pool.area, pool.height))
@@ -132,7 +132,7 @@ def pools_at(voxels: Cells, centers: np.ndarray, feet: np.ndarray) -> list[Pool]
     return [
         Pool(centers=centers[support == k], squares=squares[members], heights=heights[members])
         for k, members in enumerate(members_of(surface_of))
-        if np.count_nonzero(support == k) >= POOL.runs and len(members) * SCAN.cell**2 >= POOL.seen_area
+        if np.count_nonzero(support == k) >= POOL.min_rests and len(members) * SCAN.cell**2 >= POOL.seen_area
     ]
 
 
@@ -225,5 +225,5 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
     return [
         Pool(centers=centers[on_it == k], squares=pool.squares[part_of == k], heights=pool.heights[part_of == k])
         for k in large
-        if np.count_nonzero(on_it == k) >= POOL.runs
+        if np.count_nonzero(on_it == k) >= POOL.min_rests
     ]

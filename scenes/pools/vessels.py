@@ -48,7 +48,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
     enclosed = np.flatnonzero(np.isfinite(walls).mean(axis=1) >= POOL.enclosed)
     pools = []
     for members in members_of(euclidean_clusters(feet[enclosed], POOL.linked * POOL.vessel_radius)):
-        if len(members) >= POOL.runs:
+        if len(members) >= POOL.min_rests:
             pools.append((len(members), pool_of(feet[enclosed[members]] + [*corner[:2], 0], top, flat)))
     return [pool for _, pool in sorted(pools, key=lambda pair: -pair[0]) if pool is not None]
 
