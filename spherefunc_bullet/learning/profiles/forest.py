@@ -38,7 +38,19 @@ class Forest:
 
     def votes(self, X: np.ndarray) -> np.ndarray:
         """Return the mean vote (N,) of all trees for objects given as quantities (N, Q)."""
-        return forest_batch([self]).votes(X)[0]
+        X = np.asarray(X, np.float32).astype(np.float64)  # as when they were fitted
+        return self.vote[self.leaves(X)].astype(float).mean(axis=1)
+
+    def leaves(self, X: np.ndarray) -> np.ndarray:
+        """Return the leaf of each tree (N, T) that objects given as quantities (N, Q) reach, a level at a time."""
+        node, row = np.tile(self.roots, (len(X), 1)), np.arange(len(X))[:, None]
+        while True:
+            feature = self.feature[node]
+            inner = feature != LEAF
+            if not inner.any():
+                return node
+            above = X[row, feature] > self.threshold[node]  # of a leaf any quantity
+            node = np.where(inner, self.below[node] + above, node)
 
     def to_float32(self) -> Forest:
         """Return the forest with thresholds rounded to float32, so that files compress; no vote changes."""
@@ -65,50 +77,6 @@ class Forest:
         )
         if not whole:
             raise FormatError(f"expected trees over {quantities} quantities, got {count} nodes that form none")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ForestBatch:
-    """Several forests that are evaluated together, one level of all trees at a time; a leaf leads to itself."""
-
-    sizes: tuple[int, ...]  # trees of each forest
-    roots: np.ndarray  # (T,) int32, of all trees, forest by forest
-    feature: np.ndarray  # (M,) int16, the quantity that is compared; of a leaf 0
-    threshold: np.ndarray  # (M,) float64; of a leaf infinite
-    below: np.ndarray  # (M,) int32; of a leaf the leaf itself
-    vote: np.ndarray  # (M,) float32
-
-    def votes(self, X: np.ndarray) -> list[np.ndarray]:
-        """Return the mean votes (N,) of each forest for objects given as quantities (N, Q)."""
-        X = np.asarray(X, np.float32).astype(np.float64)  # as when they were fitted
-        parts = np.split(self.vote[self.leaves(X)].astype(float), np.cumsum(self.sizes)[:-1], axis=1)
-        return [np.ascontiguousarray(part).mean(axis=1) for part in parts]
-
-    def leaves(self, X: np.ndarray) -> np.ndarray:
-        """Return the leaf of each tree (N, T) that objects given as quantities (N, Q) reach."""
-        quantities, first = X.ravel(), X.shape[1] * np.arange(len(X))[:, None]
-        node = np.tile(self.roots, (len(X), 1))
-        while True:
-            above = quantities[first + self.feature[node]] > self.threshold[node]
-            following = self.below[node] + above
-            if np.array_equal(following, node):
-                return node
-            node = following
-
-
-def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
-    """Return several forests as one batch."""
-    starts = np.cumsum([0, *(len(forest.feature) for forest in forests)])[:-1].astype(np.int32)
-    nodes = {
-        name: np.concatenate([getattr(each, name) for each in forests]) for name in ("feature", "threshold", "vote")
-    }
-    roots, below = (
-        np.concatenate([getattr(forest, name) + start for forest, start in zip(forests, starts, strict=True)])
-        for name in ("roots", "below")
-    )
-    leaf = np.flatnonzero(nodes["feature"] == LEAF)
-    nodes["feature"][leaf], nodes["threshold"][leaf], below[leaf] = 0, np.inf, leaf
-    return ForestBatch(sizes=tuple(len(forest.roots) for forest in forests), roots=roots, below=below, **nodes)
 
 
 def forest_from_sklearn(fitted: ExtraTreesClassifier) -> Forest:
@@ -204,8 +172,9 @@ class SceneForests:
         """Return the scores (N, F) of objects from their quantities (N, R * Q) and surroundings (N, S)."""
         if not len(profiles):
             return np.zeros((0, len(self.forests)))
-        votes = forest_batch(self.forests).votes(np.hstack([profiles, surroundings]))
-        return np.column_stack([calibrated(*pair) for pair in zip(votes, self.calibrations, strict=True)])
+        X = np.hstack([profiles, surroundings])
+        pairs = zip(self.forests, self.calibrations, strict=True)
+        return np.column_stack([calibrated(forest.votes(X), calibration) for forest, calibration in pairs])
 
     def only(self, column: int) -> SceneForests:
         """Return the forest of one function only."""

@@ -13,7 +13,7 @@ from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, Drops, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
 from .calibration import DEFAULT_UNSURE_RANGE, Calibration, CopyGroups, ScoreRange, calibrated, uncertainty
-from .forest import Forest, ForestBatch, SceneForests, forest_batch
+from .forest import Forest, SceneForests
 from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
@@ -73,9 +73,7 @@ class ProfileModel(FunctionModel):
     early_: ProfileModel | None = None
     scene_forests_: SceneForests | None = None
     checks_stability = True
-    # Search structures, built when they are first needed.
-    _ranks: tuple[np.ndarray, CopyGroups, Ranks] | None = None
-    _forest_batch: tuple[list[Forest], ForestBatch] | None = None
+    _ranks: tuple[np.ndarray, CopyGroups, Ranks] | None = None  # for searching, built when it is first needed
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -204,12 +202,8 @@ class ProfileModel(FunctionModel):
 
     def votes(self, profiles: np.ndarray) -> list[np.ndarray | None]:
         """Return the votes of the forest of each function for objects given as quantities; None where there is none."""
-        forests = [forest for forest in self.forests_ if isinstance(forest, Forest)]
-        if forests and (self._forest_batch is None or self._forest_batch[0] != forests):
-            self._forest_batch = forests, forest_batch(forests)
-        votes = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
-            next(votes) if isinstance(forest, Forest) else forest and forest.predict_proba(profiles)[:, 1]
+            forest.votes(profiles) if isinstance(forest, Forest) else forest and forest.predict_proba(profiles)[:, 1]
             for forest in self.forests_
         ]
 
