@@ -52,18 +52,8 @@ SLOW_STEPS = 5  # in succession: one slow step may be the top of a bounce
 MAX_STEPS = 1200  # five seconds of simulated time
 
 
-@dataclass(frozen=True, kw_only=True)
-class NaiveRun:
-    """The result of the naive script."""
-
-    drops: int
-    centers: np.ndarray  # (S, 3) metres, where spheres settled
-    ends: np.ndarray  # (S, 3) metres, their positions at the end: mass 0 alone does not hold them
-    seconds: float
-
-
-def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRun:
-    """Drop spheres of a radius in metres on a mesh, for a number of seconds or drops at most.
+def naive_run(case: Case, most: int) -> PeerRun:
+    """Return the result of the naive script, for `NAIVE_SECONDS` or a number of drops at most.
 
     It needs a separate process, since it redirects stdout to stderr: PyBullet prints there, which would break JSON.
     """
@@ -71,7 +61,7 @@ def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRu
     import pybullet as p
     from pybullet_utils.bullet_client import BulletClient
 
-    geometry = read_geometry(path)
+    geometry, radius = read_geometry(case.path), case.radius
     vertices = placed(geometry.vertices)  # as for the simulator
     client = BulletClient(connection_mode=p.DIRECT)
     client.setGravity(0, 0, GRAVITY)
@@ -81,7 +71,7 @@ def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRu
     columns, top = np.random.default_rng(0), high[2]
     drops, centers, settled = 0, [], []
     started, spent = time.perf_counter(), 0.0
-    while spent < seconds and drops < most:
+    while spent < NAIVE_SECONDS and drops < most:
         x, y = columns.uniform(low[:2], high[:2])
         center = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
         drops += 1
@@ -90,10 +80,11 @@ def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRu
             centers.append(center)
             settled.append(client.getBodyUniqueId(client.getNumBodies() - 1))
         spent = time.perf_counter() - started
-    ends = [client.getBasePositionAndOrientation(body)[0] for body in settled]
+    ends = [client.getBasePositionAndOrientation(body)[0] for body in settled]  # mass 0 alone does not hold them
     client.disconnect()
     centers, ends = (np.array(places, float).reshape(-1, 3) for places in (centers, ends))
-    return NaiveRun(drops=drops, centers=centers, ends=ends, seconds=spent)
+    moved = np.linalg.norm(ends - centers, axis=1).max(initial=0.0) / radius
+    return replace(measured("naive PyBullet script", case, centers, drops, spent), moved=moved)
 
 
 def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
@@ -170,13 +161,6 @@ def backend_run(case: Case, name: str, drops: int) -> PeerRun | None:
     runs = [simulator.drop(cloud, settings, 0) for _ in range(3)]
     seconds = min(run.seconds for run in runs)
     return measured(title, case, runs[0].centers, runs[0].drops, seconds)
-
-
-def naive_run(case: Case, drops: int) -> PeerRun:
-    """Return the result of the naive script."""
-    naive = run_naively(case.path, case.radius, NAIVE_SECONDS, drops)
-    moved = np.linalg.norm(naive.ends - naive.centers, axis=1).max(initial=0.0) / case.radius
-    return replace(measured("naive PyBullet script", case, naive.centers, naive.drops, naive.seconds), moved=moved)
 
 
 def measured(name: str, case: Case, centers: np.ndarray, drops: int, seconds: float) -> PeerRun:

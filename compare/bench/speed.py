@@ -8,11 +8,9 @@ Loading and compilation are not counted. Every object runs in a separate process
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import print_table, progress
@@ -37,7 +35,6 @@ OBJECTS = {  # of the catalogue: title, name, radius
 }
 REPEATS = 3
 STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
-Measured = dict[str, Any]  # the measurements of one object by name; times in seconds
 
 
 def cases(backend: str, table: Case) -> list[Case]:
@@ -47,57 +44,40 @@ def cases(backend: str, table: Case) -> list[Case]:
     return [case for case in chosen if case is not None]
 
 
-def time_simulation(case: Case, backend: str) -> Measured:
+def simulation_row(case: Case, backend: str) -> list[str]:
     """Return the times of one object's simulation, without loading and compilation, and the process's peak memory."""
     simulator, cloud = warm(case, backend)
     seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), REPEATS)
-    about = {"title": case.title, "radius": case.radius, "points": len(cloud), "settled": result.settled}
-    times = {"best": min(seconds), "median": statistics.median(seconds)}
-    return about | {"drops": result.drops} | times | {"peak_bytes": peak_bytes()}
+    best, peak = min(seconds), peak_bytes()
+    counts = [f"{count:,}" for count in (len(cloud), result.settled, result.drops)]
+    rates = [f"{count / best:,.0f}" for count in (result.drops, result.settled)]
+    times = [f"{best:.3f}", f"{statistics.median(seconds):.3f}"]
+    memory = "" if peak is None else f"{peak / 2**20:,.0f}"
+    return [case.title, format_length(case.radius), *counts, *times, *rates, memory]
 
 
-def time_stages(case: Case, backend: str) -> Measured:
+def stages_row(case: Case, backend: str) -> list[str]:
     """Return the best times of sampling, simulation and histogram of one object."""
     geometry, (simulator, _) = read_geometry(case.path), warm(case, backend)
     sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), REPEATS)
     simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), REPEATS)
     histogram, _ = timed(lambda: CubeHistogram(case.radius).fit_transform([result.centers]), REPEATS)
-    stages = {"sampling": min(sampling), "simulation": min(simulation), "histogram": min(histogram)}
-    return {"title": case.title, "points": len(cloud)} | stages
+    before, during, after = times = [min(seconds) for seconds in (sampling, simulation, histogram)]
+    ratio = f"{(before + after) / during:.2f}" if during else ""
+    return [case.title, f"{len(cloud):,}", *(f"{1000 * seconds:.1f}" for seconds in times), ratio]
 
 
-def print_timings(timings: Iterable[Measured], backend: str):
-    """Print the simulations' table."""
-    head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
-    rows = []
-    for case in timings:
-        counts = [f"{case[name]:,}" for name in ("points", "settled", "drops")]
-        times = [f"{case[name]:.3f}" for name in ("best", "median")]
-        rates = [f"{case[name] / case['best']:,.0f}" for name in ("drops", "settled")]
-        peak = "" if case["peak_bytes"] is None else f"{case['peak_bytes'] / 2**20:,.0f}"
-        rows.append([case["title"], format_length(case["radius"]), *counts, *times, *rates, peak])
-    print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
-
-
-def print_stages(stages: Iterable[Measured], backend: str):
-    """Print the times of an object's stages before and after its simulation."""
-    rows = []
-    for case in stages:
-        sampling, simulation, histogram = times = [case[name] for name in ("sampling", "simulation", "histogram")]
-        ratio = f"{(sampling + histogram) / simulation:.2f}" if simulation else ""
-        rows.append([case["title"], f"{case['points']:,}", *(f"{1000 * seconds:.1f}" for seconds in times), ratio])
-    head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
-    radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
-    print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
-
-
-def measure(chosen: list[Case], backend: str) -> dict[str, Any]:
-    """Return the measurements of one backend, each object in a separate process."""
+def print_backend(chosen: list[Case], backend: str):
+    """Print the tables of one backend, each object measured in a separate process."""
     each = progress(chosen, len(chosen), f"timing {backend}")
-    simulation = [apart(time_simulation, case, backend) for case in each]
+    rows = [apart(simulation_row, case, backend) for case in each]
+    head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
+    print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
     radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
     staged = progress([replace(case, radius=radius) for case in chosen], len(chosen), "timing the stages")
-    return {"simulation": simulation, "stages": [apart(time_stages, case, backend) for case in staged]}
+    rows = [apart(stages_row, case, backend) for case in staged]
+    head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
+    print_table(f"\nStages of one object, {backend}, spheres of {format_length(radius)}, best of the runs", head, rows)
 
 
 def print_speed(backends: Backends = "fast,bullet"):
@@ -105,9 +85,7 @@ def print_speed(backends: Backends = "fast,bullet"):
     use_one_core()
     with TemporaryDirectory() as folder:
         table = plain_table(Path(folder))
-        measured = {name: measure(cases(name, table), name) for name in usable_backends(backends.split(","))}
-    for name, of_backend in measured.items():
-        print_timings(of_backend["simulation"], name)
-        print_stages(of_backend["stages"], name)
+        for name in usable_backends(backends.split(",")):
+            print_backend(cases(name, table), name)
     print_answers()
     print_machine()
