@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ..rooms.matching import Row
     from ..rooms.trials import Condition
 
+SCAN = ("scan", "noise")  # columns of every table
+QUALITIES = (("f_measure", "precision", "recall"), ("f_measure_cut_out", "f_measure_whole"))
+
 
 def rooms(
     data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder with manifest.csv, or a catalogue.")],
@@ -74,7 +77,7 @@ def rooms(
     )
     how = drop_config(backend, None, radii, seed, BY_FILE, "m", method)
     training = TrainingOptions(drop_config=how, completion=steps, method=method)
-    folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
+    folds = [whole_fold(dataset, model)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, jobs)
     about = {
         "data": dataset.name,
@@ -100,57 +103,29 @@ def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
     if json:
         print_json(about | {"conditions": measured})
         return
-    print_segmentation(about, measured)
-    print_labels(measured)
-    print_seconds(measured)
-
-
-def print_segmentation(about: Row, measured: Sequence[Row]):
-    """Print the numbers of objects found."""
-    steps = "+".join(about["completion"]) or "none"
-    kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
-    title = (
-        f"Rooms of {about['data']}, {about['backend']}, learnt from {about['model']}; completion {steps}, tolerance "
-    )
-    title += f"{100 * about['tolerance']:g} cm{f'; {kinds} of the rooms' if kinds else ''}. Objects at IoU 0.5"
-    rows = []
+    parts, labels, times, stages = [], [], [], list(measured[0]["seconds"])
     for row in measured:
-        found, points = row["segmentation"], f"{row['points'] // row['rooms']:,}"
-        counts = [str(row["rooms"]), points, str(row["objects"]), str(row["hidden"]), str(found["hits"])]
-        rows.append([row["views"], f"{row['noise']:g}", *counts, figure(found["recall"]), figure(found["precision"])])
-    head = ["scan", "noise", "rooms", "points", "objects", "hidden", "found", "recall", "precision"]
-    print_table(title, head, rows)
-
-
-def print_labels(measured: Sequence[Row]):
-    """Print the quality of functions: from the scan, for objects cut out by the ground truth, and for whole models."""
-    names, rows = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole"), []
-    for row in measured:
+        scan, found = [row["views"], f"{row['noise']:g}"], row["segmentation"]
+        counts = [row["rooms"], f"{row['points'] // row['rooms']:,}", row["objects"], row["hidden"], found["hits"]]
+        parts.append([*scan, *counts, figure(found["recall"]), figure(found["precision"])])
         for function, quality in row["functions"].items():
-            figures = [figure(quality[name]) for name in names]
-            figures.insert(3, f"{quality['true_sure_claims']}/{quality['sure_claims']}")
-            rows.append([row["views"], f"{row['noise']:g}", function, *figures])
-    head = [
-        "scan",
-        "noise",
-        "function",
-        "F",
-        "precision",
-        "recall",
-        "sure ones true",
-        "F, cut out by truth",
-        "F, whole models",
-    ]
-    print_table("\nFunctions", head, rows)
-
-
-def print_seconds(measured: Sequence[Row]):
-    """Print the seconds of each stage of recognition, mean over rooms."""
-    stages, rows = list(measured[0]["seconds"]), []
-    for row in measured:
+            sure = f"{quality['true_sure_claims']}/{quality['sure_claims']}"
+            of_scan, of_others = ([figure(quality[name]) for name in names] for names in QUALITIES)
+            labels.append([*scan, function, *of_scan, sure, *of_others])
         seconds = [*(row["seconds"][name] for name in stages), sum(row["seconds"].values())]
-        rows.append([row["views"], f"{row['noise']:g}", *(f"{value:.2f}" for value in seconds)])
-    print_table("\nSeconds a room", ["scan", "noise", *stages, "all"], rows)
+        times.append([*scan, *(f"{value:.2f}" for value in seconds)])
+    print_table(title_of(about), [*SCAN, "rooms", "points", "objects", "hidden", "found", "recall", "precision"], parts)
+    head = [*SCAN, "function", "F", "precision", "recall", "sure ones true", "F, cut out by truth", "F, whole models"]
+    print_table("\nFunctions", head, labels)
+    print_table("\nSeconds a room", [*SCAN, *stages, "all"], times)
+
+
+def title_of(about: Row) -> str:
+    """Return in a sentence what was measured, and how."""
+    kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
+    rooms = f"Rooms of {about['data']}, {about['backend']}, learnt from {about['model']}"
+    how = f"completion {'+'.join(about['completion']) or 'none'}, tolerance {100 * about['tolerance']:g} cm"
+    return f"{rooms}; {how}{f'; {kinds} of the rooms' if kinds else ''}. Objects at IoU 0.5"
 
 
 def figure(value: float | None) -> str:

@@ -44,18 +44,18 @@ def two_folds(dataset: Dataset, training: TrainingOptions, failed: Failed, jobs:
     simulated = simulate_dataset(dataset, training.drop_config, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.drop_config.seed)
     return [
-        Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
+        Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed))
         for tested, learnt in ((one, other), (other, one))
     ]
 
 
-def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
+def whole_fold(dataset: Dataset, model: Path) -> Fold:
     """Return a data set with a model from a file; if the model has learnt some of these objects, print a warning."""
     classifier = load_model(model)
     learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
     if learnt:
         say(f"{model}: has learnt {len(learnt)} objects of the same names as those tested; figures may be optimistic")
-    return Fold(dataset=dataset, model=classifier, jobs=jobs)
+    return Fold(dataset=dataset, model=classifier)
 
 
 def trained_classifier(

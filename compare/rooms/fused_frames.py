@@ -10,7 +10,8 @@ many images as before are taken again.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +34,8 @@ from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT, DepthImage, Ki
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, viewpoints
 
-from .matching import MatchCounts, counts_by_function, match_parts, rounded
+from .matching import MatchCounts, Row, counts_by_function, match_parts, rounded
+from .trials import summed
 
 COUNTS = (1, 3, 6, 12)  # depth images
 FUSED, AS_GIVEN, TOGETHER = "fused", "poses as given", "put together"
@@ -42,7 +44,7 @@ SPARE = 8  # poses, in place of those from which a camera sees too little
 LEAST_SEEN = 0.5  # of a coarse image's pixels
 REMOVED_AFTER = 6  # images, and as many of the room without the object
 
-FunctionCounts = defaultdict[tuple[int | str, str, str], MatchCounts]  # by images or part of a round, way, function
+FunctionCounts = defaultdict[tuple[int | str, str], dict[str, MatchCounts]]  # by images or part of a round, and way
 
 
 class FusedRoom:
@@ -87,8 +89,8 @@ class FusedRoom:
                 truth, other = (owners(self.surfaces, each.scan.points) for each in (fusion, as_given))
                 rooms = (fusion.room, truth), (as_given.room, other), (together, scan.labels)
                 for way, (found, owner) in zip(WAYS, rooms, strict=True):
-                    for name, counts in counts_by_function(found, owner, labels, self.model.functions_).items():
-                        functions[len(images), way, name] += counts
+                    counts = counts_by_function(found, owner, labels, self.model.functions_)
+                    functions[len(images), way] = summed(functions[len(images), way], counts)
                 now = ids_of(truth, fusion.room, objects, labels)
                 again = before.keys() & now.keys()
                 ids["again"] += len(again)
@@ -143,24 +145,44 @@ def ids_of(truth: np.ndarray, found: Room, objects: list[FusedObject], seen: Ite
     return {true: objects[label].id for label, true in matches.items() if true is not None}
 
 
-def report(functions: FunctionCounts, ids: Counter, names: tuple[str, ...], about: dict[str, object], json: bool):
-    """Print what was counted."""
-    rows = [
-        {"images": images, "way": way} | {name: rounded(functions[images, way, name].f_measure) for name in names}
-        for images in COUNTS
-        for way in WAYS
+def quality_rows(functions: FunctionCounts, what: str, parts: Sequence[int | str], ways: Sequence[str]) -> list[Row]:
+    """Return the F-measures of functions, a row for each number of images or part of a round and each way."""
+    return [
+        {what: part, "way": way} | {name: rounded(one.f_measure) for name, one in functions[part, way].items()}
+        for part, way in product(parts, ways)
     ]
+
+
+def print_quality(rows: Sequence[Row], rooms: int):
+    """Print the F-measures of functions."""
+    what, _, *names = rows[0]
+    cells = [[str(row[what]), row["way"], *(f"{row.get(name) or 0:.2f}" for name in names)] for row in rows]
+    print_table(f"{rooms} rooms: F of functions, from depth images to labels", [what, "", *names], cells)
+
+
+def report(functions: FunctionCounts, ids: Counter, about: dict[str, object], json: bool):
+    """Print what was counted."""
+    rows = quality_rows(functions, "images", COUNTS, WAYS)
     if json:
         print_json(about | {"f_measure": rows, "ids": dict(ids)})
         return
-    cells = [[str(row["images"]), row["way"], *(f"{row[name] or 0:.2f}" for name in names)] for row in rows]
-    print_table(f"{about['rooms']} rooms: F of functions, from depth images to labels", ["images", "", *names], cells)
+    print_quality(rows, about["rooms"])
     aligned, as_given = about["agreement"]
     show(f"agreement of the images of a room: {aligned:.3f} in the median, {as_given:.3f} by poses as given")
     show(f"{ids['kept']} of {ids['again']} objects that were found in two updates in a row kept their id")
     show(
         f"gone: {ids['noticed']} of {ids['removed']} that were taken out, {ids['lost']} of {ids['stayed']} that stayed"
     )
+
+
+def fused_rooms(
+    data: str, rooms: int, noise: float, pose_error: float, seed: int, model: Path | None, failures: Failures
+) -> Iterator[FusedRoom]:
+    """Yield furnished rooms whose images are to be fused; by default the model for scans that ships recognises them."""
+    classifier = inference_model(model or shipped_model("fast", scans=True), None)
+    furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
+    for room in progress(furnished, rooms, "fusing rooms"):
+        yield FusedRoom(room, classifier, noise, pose_error, seed)
 
 
 def main(
@@ -173,17 +195,14 @@ def main(
     json: options.Json = False,
 ):
     """Measure objects of virtual rooms in maps of 1, 3, 6 and 12 depth images."""
-    classifier = inference_model(model or shipped_model("fast", scans=True), None)
-    functions, ids, failures, agreements = defaultdict(MatchCounts), Counter(), Failures(), []
-    furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
-    for room in progress(furnished, rooms, "fusing rooms"):
-        fused = FusedRoom(room, classifier, noise, pose_error, seed)
+    functions, ids, failures, agreements = defaultdict(dict), Counter(), Failures(), []
+    for fused in fused_rooms(data, rooms, noise, pose_error, seed, model, failures):
         fused.count(functions, ids)
         fused.count_removal(ids)
         agreements.append(fused.agreement)
     about = {"data": data, "rooms": rooms, "noise": noise, "pose_error": pose_error, "seed": seed}
     about["agreement"] = np.median(agreements, axis=0).tolist()
-    report(functions, ids, classifier.functions_, about, json)
+    report(functions, ids, about, json)
     failures.exit()
 
 

@@ -207,11 +207,9 @@ RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of
 def may_be_shown(path: Path) -> bool:
     """Return whether a scan's licence, in the manifest beside it, allows a picture of it to be published."""
     manifest = path.with_name("manifest.csv")
-    licences = (
-        {row["file"]: row["license"] for row in csv_table(manifest, "file", "license")} if manifest.exists() else {}
-    )
-    licence = licences.get(path.name, "")
-    return bool(licence) and not any(word in licence.lower() for word in RESTRICTED)
+    rows = csv_table(manifest, "file", "license") if manifest.exists() else []
+    licence = next((row["license"].lower() for row in rows if row["file"] == path.name), "")
+    return bool(licence) and not any(word in licence for word in RESTRICTED)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -56,14 +57,6 @@ class RoomSet:
     seed: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RoomSetExamples:
-    """The training examples of a set of rooms, and the errors of unusable files."""
-
-    examples: list[TrainingExample]
-    errors: list[InputError]
-
-
 def room_sets(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[RoomSet]:
     """Return sets of rooms, tidy and lived-in for each data set; the last four are scanned by stereo cameras."""
     kinds = [(dataset, lived_in, SCAN_SETUPS) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
@@ -76,23 +69,29 @@ def room_sets(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[RoomSe
     ]
 
 
-def examples_of_set(room_set: RoomSet, place: int, model: FunctionClassifier, cache: Path | None) -> RoomSetExamples:
-    """Return the training examples of a set of rooms; its index decides with which setup it begins."""
+def examples_of_set(
+    room_set: RoomSet, place: int, model: FunctionClassifier, cache: Path | None
+) -> tuple[list[TrainingExample], list[InputError]]:
+    """Return the training examples of a set of rooms, whose index decides the first setup, and errors of its files."""
     examples, errors = [], []
     how = {"seed": room_set.seed, "failed": errors.append, "lived_in": room_set.lived_in}
     rooms = furnish_lived_in(room_set.dataset, room_set.rooms, **how)
     for turn, room in enumerate(rooms):
         setup = room_set.setups[(turn + place) % len(room_set.setups)]
         examples += label_by_overlap(cached_examples(room, setup, model, room_set.seed, cache))
-    return RoomSetExamples(examples=examples, errors=errors)
+    return examples, errors
 
 
 def examples_of_sets(
-    sets: Sequence[RoomSet], model: FunctionClassifier, cache: Path | None, jobs: int
-) -> Iterator[RoomSetExamples]:
+    sets: Sequence[RoomSet], model: FunctionClassifier, cache: Path | None, jobs: int, failures: Failures
+) -> Iterator[list[TrainingExample]]:
     """Yield the training examples of each set of rooms, in order."""
     tasks = (delayed(examples_of_set)(room_set, place, model, cache) for place, room_set in enumerate(sets))
-    yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
+    done = Parallel(n_jobs=jobs, return_as="generator")(tasks)
+    for examples, errors in progress(done, len(sets), "scanning rooms"):
+        for error in errors:
+            failures.add(error)
+        yield examples
 
 
 def main(
@@ -112,10 +111,7 @@ def main(
     partner = None if earlier is None else load_model(earlier, backend)
     examples = [whole_model_example(item, load_cloud(item.path), model) for item in datasets[0].objects]
     sets = room_sets(datasets, rooms, seed)
-    for done in progress(examples_of_sets(sets, model, cache, jobs), len(sets), "scanning rooms"):
-        examples += done.examples
-        for error in done.errors:
-            failures.add(error)
+    examples += chain.from_iterable(examples_of_sets(sets, model, cache, jobs, failures))
     fitted = learn(examples, model)
     save_model(fitted if partner is None else join(fitted, partner), out)
     say(f"{out}: trained on {len(examples)} examples, {sum(bool(each.functions) for each in examples)} with a function")

@@ -18,7 +18,7 @@ import typer
 from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.model_selection import GroupKFold, cross_val_predict
 
-from spherefunc_bullet.console import Failures, progress, run, say
+from spherefunc_bullet.console import Failures, run, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -43,14 +43,11 @@ def main(
     jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = 1,
 ):
     """Add screening to a model for scans, learnt on the proposals in scans of virtual rooms."""
-    failures, model, examples = Failures(), load_model(path), []
+    failures, model = Failures(), load_model(path)
     if model.scene_forests_ is None:
         raise InputError(f"{path}: expected a model for scans, got one that has learnt no surroundings")
     sets = room_sets([open_dataset(name) for name in data], rooms, seed)
-    for done in progress(examples_of_sets(sets, model, cache, jobs), len(sets), "scanning rooms"):
-        examples.append(done.examples)
-        for error in done.errors:
-            failures.add(error)
+    examples = list(examples_of_sets(sets, model, cache, jobs, failures))
     save_model(with_screening(model, examples, [str(each.dataset.folder) for each in sets]), out)
     failures.exit()
 

@@ -12,17 +12,15 @@ import numpy as np
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.proposals import KINDS
-from spherefunc_bullet.scenes.recognition.recognition import Room, recognise, recognise_objects
+from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.cached_runs import DropConfig
 from spherefunc_bullet.settling.records import simulate_objects
 
 from .matching import Functions, MatchCounts, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
@@ -56,11 +54,6 @@ class RoomTrial:
     lived_in: LivedIn = field(default_factory=LivedIn)
     resolution: Resolution = AS_SEEN
 
-    def recognised(self, scan: Scan, model: FunctionModel) -> Room:
-        """Return the recognised room of a scan."""
-        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
-        return recognise(scan, model, **how)
-
 
 @dataclass(frozen=True, kw_only=True)
 class ConditionCounts:
@@ -82,16 +75,15 @@ class ConditionCounts:
 
     def row(self, condition: Condition) -> Row:
         """Return the figures for a report."""
-        kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
-        functions = {
-            name: counts.row()
-            | {kind: rounded(table.get(name, MatchCounts()).f_measure) for kind, table in kinds.items()}
-            | {
-                "true_sure_claims": self.sure[name].hits,
-                "sure_claims": self.sure[name].hits + self.sure[name].false_alarms,
+        functions = {}
+        for name, counts in self.labelled.items():
+            cut_out, sure = self.cut_out.get(name, MatchCounts()), self.sure[name]
+            functions[name] = counts.row() | {
+                "f_measure_cut_out": rounded(cut_out.f_measure),
+                "f_measure_whole": rounded(self.whole[name].f_measure),
+                "true_sure_claims": sure.hits,
+                "sure_claims": sure.hits + sure.false_alarms,
             }
-            for name, counts in self.labelled.items()
-        }
         return {
             "views": str(condition),
             "noise": condition.noise,
@@ -124,19 +116,14 @@ class Fold:
 
     dataset: Dataset
     model: CloudClassifier
-    jobs: int = 1
     of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # by whole model, its predicted functions
 
-    def settle_whole_models(self, items: Iterable[DatasetObject]):
+    def settle_whole_models(self, items: Iterable[DatasetObject], jobs: int):
         """Classify the whole models of objects that were not classified before, and keep the answers."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
-        model = self.model
-        radii = tuple(model.chosen_radii())
-        drop_config = DropConfig(simulator=model.simulator, radii=radii, seed=model.seed, run_limit=model.run_limit)
-        for index, record in simulate_objects(paths, drop_config, jobs=self.jobs):
-            [functions] = model.memberships_of([record.settled])
-            members = [name for name, membership in functions.items() if membership.member]
-            self.of_models[paths[index]] = frozenset(members)
+        for index, record in simulate_objects(paths, self.model.drop_config(), jobs=jobs):
+            [functions] = self.model.memberships_of([record.settled])
+            self.of_models[paths[index]] = frozenset(name for name, one in functions.items() if one.member)
 
 
 def run_trial(folds: Sequence[Fold], trial: RoomTrial, failed: Failed, jobs: int) -> dict[Condition, ConditionCounts]:
@@ -154,7 +141,7 @@ def run_trial(folds: Sequence[Fold], trial: RoomTrial, failed: Failed, jobs: int
     tasks, how = [], {"seed": trial.seed, "failed": failed, "lived_in": trial.lived_in}
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
         rooms = list(furnish_lived_in(fold.dataset, count, **how))
-        fold.settle_whole_models(placed.item for room in rooms for placed in room.objects)
+        fold.settle_whole_models((placed.item for room in rooms for placed in room.objects), jobs)
         tasks += [delayed(room_counts)(room, fold, trial) for room in rooms]
     total = dict.fromkeys(trial.conditions, ConditionCounts())
     for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):
@@ -187,7 +174,8 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
     seen = scan.seen().tolist()
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
-    room = trial.recognised(Scan(name=scan.room.name, points=scan.points), fold.model)
+    how = {"settings": trial.settings, "completion": trial.completion, "proposals": trial.proposals}
+    room = recognise(Scan(name=scan.room.name, points=scan.points), fold.model, **how)
     matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
 
     def counts(matches: Matches, given: Functions) -> dict[str, MatchCounts]:

@@ -17,6 +17,7 @@ from spherefunc_bullet.compare.rooms.folds import TrainingOptions, trained_class
 from spherefunc_bullet.compare.rooms.scan_model import TIDY, RoomSet, examples_of_sets
 from spherefunc_bullet.compare.rooms.training_examples import ScanSetup
 from spherefunc_bullet.compare.rooms.trials import Condition
+from spherefunc_bullet.console import Failures
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -71,8 +72,8 @@ def test_any_number_of_processes_teaches_the_same(tmp_path):
     model = FunctionClassifier("fast", radii=(0.01, 0.03), drops=30, early_drops=0)
     setup, few = ScanSetup(views=1, noise=0.5, close=0), open_dataset(write_objects(tmp_path, ("desk", "mug")))
     sets = [RoomSet(dataset=few, lived_in=TIDY, setups=(setup,), rooms=1, seed=seed) for seed in (1, 2)]
-    alone = [done.examples for done in examples_of_sets(sets, model, None, 1)]
-    both = [done.examples for done in examples_of_sets(sets, model, tmp_path / "cached", 2)]
+    alone = list(examples_of_sets(sets, model, None, 1, Failures()))
+    both = list(examples_of_sets(sets, model, tmp_path / "cached", 2, Failures()))
     assert len({one.source for one in sum(alone, []) if one.source}) == 2  # desks and mugs
     assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
     for one, other in zip(sum(alone, []), sum(both, []), strict=True):
@@ -92,7 +93,7 @@ def test_what_is_learnt_of_partial_views(tmp_path):
 
 
 def test_a_model_that_knows_the_objects_is_said(capsys):
-    whole_fold(open_dataset("household"), shipped_model(), 1)
+    whole_fold(open_dataset("household"), shipped_model())
     assert "has learnt 200 objects" in capsys.readouterr().err
 
 
