@@ -129,7 +129,7 @@ def learn(examples: Sequence[TrainingExample], model: FunctionClassifier) -> Fun
     sources: dict[str, int] = {}
     groups = np.array([sources.setdefault(example.source or example.name, len(sources)) for example in examples])
     copy_groups = CopyGroups(weights=np.ones(len(examples)), groups=groups)
-    profiles = model.profiles([example.record.settled for example in examples])
+    profiles = model.profiles([example.settled for example in examples])
     model.fit_profiles(profiles, members, functions, [example.name for example in examples], copy_groups, labelled)
     model.fit_scene_forests(np.array([example.surroundings for example in examples]), NAMES, members, labelled)
     complete = np.flatnonzero(labelled.all(axis=1))

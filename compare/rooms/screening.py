@@ -67,7 +67,7 @@ def with_screening(
     every = [example for some in examples for example in some]
     groups = np.repeat(sources, [len(some) for some in examples])
     around = np.array([example.surroundings for example in every])
-    scores = model.scene_forests_.scores(model.profiles([example.record.settled for example in every]), around)
+    scores = model.scene_forests_.scores(model.profiles([example.settled for example in every]), around)
     has_function = (scores > LOWEST_THRESHOLD).any(axis=1)
     forest = ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, max_features=None, random_state=0)
     folds = GroupKFold(min(FOLDS, len(set(sources))))

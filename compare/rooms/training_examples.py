@@ -9,7 +9,6 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from io import BytesIO
 from itertools import chain
 from pathlib import Path
@@ -30,7 +29,6 @@ from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
 from spherefunc_bullet.settling.cached_runs import settle_cached
 from spherefunc_bullet.settling.drops import DropsByRadius
-from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
@@ -81,7 +79,7 @@ class TrainingExample:
     unlabelled: frozenset[str] = frozenset()  # functions of which it is neither a positive nor a negative example
     overlap: float = 1.0  # intersection over union of the two
     visible: float = 1.0  # share of the places where spheres rest on the object that the scan shows
-    record: ObjectRecord
+    settled: DropsByRadius
     surroundings: np.ndarray  # (S,) quantities of its surroundings
 
 
@@ -97,16 +95,15 @@ def room_examples(room: VirtualRoom, setup: ScanSetup, model: FunctionClassifier
             name = f"{room.name}_{view}_{example.by}_{place}"
             item = None if example.nearest < 0 else room.objects[example.nearest].item
             settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.run_limit)
-            record = record_of(Path(name), shape_of(example.cloud), settled)
-            examples.append(proposal_example(name, example, item, record, visible[example.nearest]))
+            examples.append(proposal_example(name, example, item, settled, visible[example.nearest]))
     return examples
 
 
 def proposal_example(
-    name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, visible: float
+    name: str, example: Example, item: DatasetObject | None, settled: DropsByRadius, visible: float
 ) -> TrainingExample:
     """Return the training example of a proposal, labelled by the object that it overlaps most, if any."""
-    common = {"name": name, "record": record, "surroundings": example.surroundings}
+    common = {"name": name, "settled": settled, "surroundings": example.surroundings}
     if item is None:
         return TrainingExample(source="", functions=frozenset(), overlap=0.0, visible=0.0, **common)
     source, overlap = source_object(item), example.overlap
@@ -118,18 +115,12 @@ def source_object(item: DatasetObject) -> str:
     return f"{item.path.parent.name}/{item.path.name}"
 
 
-def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
-    """Return the record of an object with a shape, see `shape_of`, and the drops on it."""
-    return ObjectRecord(path=path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
-
-
 def whole_model_example(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> TrainingExample:
     """Return the training example of a whole model."""
     settled = settle_cached(cloud, model.simulator, model.radii, model.seed, model.run_limit)
-    name, record = item.path.name, record_of(Path(item.path.name), shape_of(cloud), settled)
     around = surroundings_alone(cloud.points, bounding_box(cloud.points).size)
-    source = source_object(item)
-    return TrainingExample(name=name, source=source, functions=item.functions, record=record, surroundings=around)
+    about = {"name": item.path.name, "source": source_object(item), "functions": item.functions}
+    return TrainingExample(**about, settled=settled, surroundings=around)
 
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
@@ -171,7 +162,7 @@ def balanced_rows(members: np.ndarray) -> np.ndarray:
     return np.sort(np.append(np.flatnonzero(members), others[np.arange(0, len(others), step).astype(int)]))
 
 
-FORMAT = 8  # of the files; with another number rooms are scanned again
+FORMAT = 9  # of the files; with another number rooms are scanned again
 
 
 def cached_examples(

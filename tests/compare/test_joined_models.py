@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from sklearn.ensemble import ExtraTreesClassifier
@@ -15,7 +13,6 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.scenes.recognition.room import LOWEST_THRESHOLD
-from spherefunc_bullet.settling.records import ObjectRecord
 
 FUNCTIONS, AROUND = ("cup", "table"), ("height", "free")
 TREES = ExtraTreesClassifier(10, min_samples_leaf=2, random_state=0)
@@ -76,8 +73,7 @@ def test_an_earlier_model_that_reads_more_is_refused():
 
 def test_screening_rejects_what_the_model_gives_no_function():
     rng = np.random.default_rng(0)
-    record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: np.ones((1, 3)), settled={})
-    how = {"name": "", "source": "", "functions": frozenset(), "record": record}
+    how = {"name": "", "source": "", "functions": frozenset(), "settled": {}}
     around = rng.uniform(0, 2, (400, 2))
     examples = [TrainingExample(surroundings=row, **how) for row in around]
     model = fitted(4, seed=1)

@@ -77,8 +77,8 @@ def test_any_number_of_processes_teaches_the_same(tmp_path):
     assert len({one.source for one in sum(alone, []) if one.source}) == 2  # desks and mugs
     assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
     for one, other in zip(sum(alone, []), sum(both, []), strict=True):
-        for radius, drops in one.record.settled.items():
-            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
+        for radius, drops in one.settled.items():
+            assert np.array_equal(drops.rows(), other.settled[radius].rows(), equal_nan=True)
 
 
 @pytest.mark.slow

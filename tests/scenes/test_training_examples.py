@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import furnish
-from spherefunc_bullet.settling.records import ObjectRecord
 
 SETUP = ScanSetup(views=1, noise=0.5, close=0)
 
@@ -50,12 +48,8 @@ def kept(rooms, model, tmp_path_factory):
 
 
 def example(**how) -> TrainingExample:
-    voxels = np.ones((1, 3))
-    record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: voxels, settled={}, seconds={}, drops={})
-    surroundings = np.zeros(len(NAMES))
-    return TrainingExample(
-        name="one", source="sofa", functions=frozenset({"sittable"}), record=record, surroundings=surroundings, **how
-    )
+    about = {"name": "one", "source": "sofa", "functions": frozenset({"sittable"})}
+    return TrainingExample(**about, settled={}, surroundings=np.zeros(len(NAMES)), **how)
 
 
 @pytest.mark.parametrize(
@@ -92,10 +86,9 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     for one, other in zip(cached_examples(rooms[0], SETUP, model, 0, None), first, strict=True):
         fields = ("name", "source", "functions", "overlap", "visible")
         assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
-        assert np.array_equal(one.record.voxels, other.record.voxels)
         assert np.array_equal(one.surroundings, other.surroundings)
-        for radius, drops in one.record.settled.items():
-            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
+        for radius, drops in one.settled.items():
+            assert np.array_equal(drops.rows(), other.settled[radius].rows(), equal_nan=True)
     assert len(list(folder.glob("*.joblib"))) == 2
 
 
