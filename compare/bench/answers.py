@@ -1,9 +1,9 @@
 """The cost of answers: a process, an answer and its steps, questions of mechanics, and the stages of a scan.
 
-    python -m spherefunc_bullet.compare.bench answers [--backend fast] [--repeats 5]
-    python -m spherefunc_bullet.compare.bench labels DATA [--backends fast,bullet] [--count 40]
+    python -m spherefunc_bullet.compare.bench answers [--repeats 5]
+    python -m spherefunc_bullet.compare.bench labels DATA
     python -m spherefunc_bullet.compare.bench mechanics [--repeats 3]
-    python -m spherefunc_bullet.compare.bench scene_stages ../shared/data/scenes [--points 300000] [--only NAME]
+    python -m spherefunc_bullet.compare.bench scene_stages ../shared/data/scenes [--points 300000]
 
 Times are processor times where the tables say so, which depend little on other work of the machine.
 """
@@ -33,6 +33,7 @@ from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
+from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.settling.cached_runs import CloudObject
@@ -44,7 +45,7 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, S
 
 from ..machine import usable_backends
 from ..rooms.real_scans import scan_files
-from .harness import Backends, Count, Data, Repeats, of_household, timed
+from .harness import Data, Repeats, of_household, timed
 
 OBJECTS = {"mug": "mug_01", "chair": "shell_chair_01", "sofa": "sofa_02"}
 HANDLED = ("mug_01", "shell_chair_01", "dining_table_02")  # objects for poses, standing and carrying
@@ -52,6 +53,7 @@ IMPORT = "import spherefunc_bullet as sf; sf.load_cloud, sf.make_simulator, sf.l
 STEPS = ("reading", "sampling", "simulation", "features", "scores")  # of one label
 SMALL = 1 / 26  # of a mug's largest extent: the radius at which 300 spheres half fill it
 WANTED = {"poses, 100 drops": "2", "keeping 300 small spheres": "3"}  # seconds at most
+LABELLED = 40  # objects, at most
 TURNS = 3  # runs on each scan, of which the fastest counts
 
 
@@ -80,10 +82,7 @@ def processor_seconds(command: Sequence[str], cache: Path) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def print_answers(
-    backend: Annotated[str, typer.Option(help="Simulator whose model of the package is used.")] = "fast",
-    repeats: Repeats = 5,
-):
+def print_answers(repeats: Repeats = 5):
     """Print the processor time of an import and of `classify` in a new process, and of each step of one answer."""
     paths = {title: of_household(name) for title, name in OBJECTS.items()}
     with TemporaryDirectory() as folder:
@@ -92,13 +91,13 @@ def print_answers(
         calls |= {"first classify of a mug": classify, "second classify of it": classify}
         rows = [[name, f"{processor_seconds(command, Path(folder)):.2f}"] for name, command in calls.items()]
     print_table("\nA process of its own, seconds of the processor", ["call", "s"], rows)
-    model, rows = load_model(shipped_model(backend)), []
+    model, rows = load_model(shipped_model("fast")), []
     # The first round compiles and loads what is to be timed.
     rounds = [[label_steps(path, model) for path in paths.values()] for _ in range(1 + repeats)][1:]
     for (title, path), steps in zip(paths.items(), zip(*rounds, strict=True), strict=True):
         medians = np.median(steps, axis=0)
         rows.append([f"{title} ({path.stem})", *(f"{value:.1f}" for value in medians), f"{sum(medians):.1f}"])
-    print_table(f"\nA label by {backend} in a process that is up, ms of the processor", ["object", *STEPS, "all"], rows)
+    print_table("\nA label by fast in a process that is up, ms of the processor", ["object", *STEPS, "all"], rows)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,11 +123,10 @@ def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
     return drop_seconds, perf_counter() - start - drop_seconds
 
 
-def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 40):
+def time_labels(data: Data):
     """Print the milliseconds of an answer in a running process, the median and the mean over objects."""
-    objects, rows = open_dataset(data).objects, []
-    chosen = [objects[k * len(objects) // count].path for k in range(min(count, len(objects)))]
-    for backend in backends.split(","):
+    chosen, rows = [item.path for item in evenly(open_dataset(data).objects, LABELLED)], []
+    for backend in ("fast", "bullet"):
         model = load_model(shipped_model(backend))
         seconds_of(load_cloud(chosen[0]), model)  # compiles and loads what is to be timed
         taken = np.array([seconds_of(load_cloud(path), model) for path in progress(chosen, len(chosen), backend)])
@@ -181,11 +179,10 @@ def some_points(scan: Scan, count: int) -> Scan:
 def time_scenes(
     data: Annotated[Path, typer.Argument(help="Folder of scans.")],
     points: Annotated[int, typer.Option(help="Number of points of a scan; smaller scans are left out.")] = 300_000,
-    only: Annotated[str, typer.Option(help="Only scans whose names contain one of these.")] = "",
 ):
     """Print the seconds of recognition, stage by stage: wall times of the fastest run on each scan."""
     model, table = load_model(shipped_model("fast", scans=True)), []
-    scans = [load_scan(path, report=say) for path in scan_files(data, only)]
+    scans = [load_scan(path, report=say) for path in scan_files(data, "")]
     scans = [some_points(scan, points) for scan in scans if len(scan) >= points]
     if not scans:
         raise InputError(f"{data}: expected a scan of {points:,} points or more, found none")

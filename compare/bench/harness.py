@@ -25,7 +25,6 @@ from ..machine import machine
 Made = TypeVar("Made")
 Data = Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")]
 Backends = Annotated[str, typer.Option(help="Simulators to measure, or whose models to use.")]
-Count = Annotated[int, typer.Option(min=1, help="Number of objects; or of each kind.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Number of runs of each.")]
 
 
