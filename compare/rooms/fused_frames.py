@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -170,16 +169,15 @@ def report(functions: FunctionCounts, ids: Counter, about: dict[str, object], js
     aligned, as_given = about["agreement"]
     show(f"agreement of the images of a room: {aligned:.3f} in the median, {as_given:.3f} by poses as given")
     show(f"{ids['kept']} of {ids['again']} objects that were found in two updates in a row kept their id")
-    show(
-        f"gone: {ids['noticed']} of {ids['removed']} that were taken out, {ids['lost']} of {ids['stayed']} that stayed"
-    )
+    gone = f"{ids['noticed']} of {ids['removed']} that were taken out"
+    show(f"gone: {gone}, {ids['lost']} of {ids['stayed']} that stayed")
 
 
 def fused_rooms(
-    data: str, rooms: int, noise: float, pose_error: float, seed: int, model: Path | None, failures: Failures
+    data: str, rooms: int, noise: float, pose_error: float, seed: int, failures: Failures
 ) -> Iterator[FusedRoom]:
-    """Yield furnished rooms whose images are to be fused; by default the model for scans that ships recognises them."""
-    classifier = inference_model(model or shipped_model("fast", scans=True), None)
+    """Yield furnished rooms whose images are to be fused; the model for scans that ships recognises them."""
+    classifier = inference_model(shipped_model("fast", scans=True), None)
     furnished = furnish_lived_in(open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=LivedIn())
     for room in progress(furnished, rooms, "fusing rooms"):
         yield FusedRoom(room, classifier, noise, pose_error, seed)
@@ -191,12 +189,11 @@ def main(
     noise: Annotated[float, typer.Option(help="Noise of the images, as a multiple of a Kinect's.")] = 1.0,
     pose_error: Annotated[float, typer.Option(min=0, help="Deviation of the poses along each axis, metres.")] = 0.0,
     seed: options.Seed = 0,
-    model: Annotated[Path | None, typer.Option(help="A model file; by default the one for scans that ships.")] = None,
     json: options.Json = False,
 ):
     """Measure objects of virtual rooms in maps of 1, 3, 6 and 12 depth images."""
     functions, ids, failures, agreements = defaultdict(dict), Counter(), Failures(), []
-    for fused in fused_rooms(data, rooms, noise, pose_error, seed, model, failures):
+    for fused in fused_rooms(data, rooms, noise, pose_error, seed, failures):
         fused.count(functions, ids)
         fused.count_removal(ids)
         agreements.append(fused.agreement)

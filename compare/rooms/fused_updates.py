@@ -10,14 +10,13 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import Failures, print_json, run, show
+from spherefunc_bullet.console import Failures, run, show
 from spherefunc_bullet.scenes.fusion.scene_fusion import SceneFusion
 from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT
 from spherefunc_bullet.scenes.virtual_rooms.scans import pose_at
@@ -63,23 +62,16 @@ def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder with manifest.csv, or a catalogue.")],
     rooms: Annotated[int, typer.Option(min=1, help="Number of rooms.")] = 4,
     seed: options.Seed = 0,
-    model: Annotated[Path | None, typer.Option(help="A model file; by default the one for scans that ships.")] = None,
-    json: options.Json = False,
 ):
     """Measure updates of fused virtual rooms after every depth image."""
     functions, seconds, failures = defaultdict(dict), {UPDATED: [], WHOLE: []}, Failures()
-    for fused in fused_frames.fused_rooms(data, rooms, 1.0, 0.0, seed, model, failures):
+    for fused in fused_frames.fused_rooms(data, rooms, 1.0, 0.0, seed, failures):
         count_round(fused, functions, seconds)
-    rows = fused_frames.quality_rows(functions, "round", QUARTERS, (UPDATED, WHOLE))
-    if json:
-        about = {"data": data, "rooms": rooms, "seed": seed, "f_measure": rows}
-        print_json(about | {"seconds": {"updated": seconds[UPDATED], "whole": seconds[WHOLE]}})
-    else:
-        fused_frames.print_quality(rows, rooms)
-        for way, each in seconds.items():
-            middle, most = np.quantile(each, [0.5, 0.9])
-            words = f"{way}: {middle:.2f} s in the median, {np.mean(each):.2f} in the mean"
-            show(f"{words}, 0.9 of {len(each)} below {most:.2f}")
+    fused_frames.print_quality(fused_frames.quality_rows(functions, "round", QUARTERS, (UPDATED, WHOLE)), rooms)
+    for way, each in seconds.items():
+        middle, most = np.quantile(each, [0.5, 0.9])
+        words = f"{way}: {middle:.2f} s in the median, {np.mean(each):.2f} in the mean"
+        show(f"{words}, 0.9 of {len(each)} below {most:.2f}")
     failures.exit()
 
 

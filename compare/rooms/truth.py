@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -88,27 +88,26 @@ def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
     """Return the object of a row of boxes."""
     *numbers, yaw = (number_of(row, column, path) for column in BOX)
-    true = object_without_place(row, "class", "comment", path)
-    return replace(true, box=Box(center=np.array(numbers[:3]), size=np.array(numbers[3:]), yaw=yaw))
+    box = Box(center=np.array(numbers[:3]), size=np.array(numbers[3:]), yaw=yaw)
+    return true_object(row, "class", "comment", path, box=box)
 
 
 def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> TrueObject:
     """Return the object of a row of instances, by the points that carry its label."""
     if labels is None:
         raise InputError(f"{path.name}: expected a scan with a label for each point, found none")
-    true = object_without_place(row, "name", "pose", path)
-    return replace(true, points=labels == int(number_of(row, "label", path)))
+    return true_object(row, "name", "pose", path, points=labels == int(number_of(row, "label", path)))
 
 
-def object_without_place(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
-    """Return the object of a row without its place; its name and a remark are in columns of these names."""
+def true_object(row: dict[str, str], name: str, remark: str, path: Path, **place: Box | np.ndarray) -> TrueObject:
+    """Return the object of a row at a box or with points; its name and a remark are in columns of these names."""
     called, label = row[name], row["function_label"] or ""
     disputed = disputed_of(called, label, row.get(remark) or "")
     functions = frozenset() if label == SUPPORT else parse_functions(label.split(" ")[0])
     visible = row.get("visible") or "full"
     if visible not in VISIBLE:
         raise InputError(f"{path.name}: expected visible to be one of {', '.join(VISIBLE)}, got {visible!r}")
-    return TrueObject(name=called, functions=functions - disputed, disputed=disputed, visible=visible)
+    return TrueObject(name=called, functions=functions - disputed, disputed=disputed, visible=visible, **place)
 
 
 def overlap(true: TrueObject, recognised: RecognisedObject) -> float:

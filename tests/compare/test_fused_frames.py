@@ -13,7 +13,7 @@ from spherefunc_bullet.compare.rooms import fused_frames
 def test_objects_of_a_fused_room_are_found_and_a_removed_one_is_gone(monkeypatch, capsys):
     monkeypatch.setattr(fused_frames, "COUNTS", (1, 4))
     monkeypatch.setattr(fused_frames, "REMOVED_AFTER", 4)
-    fused_frames.main("household", rooms=1, noise=1.0, pose_error=0.01, seed=0, model=None, json=True)
+    fused_frames.main("household", rooms=1, noise=1.0, pose_error=0.01, seed=0, json=True)
     report = json.loads(capsys.readouterr().out)
     assert [(row["images"], row["way"]) for row in report["f_measure"]] == [
         (images, way) for images in (1, 4) for way in fused_frames.WAYS
