@@ -53,7 +53,7 @@ sf.classify(next(one.mesh for one in household_objects() if one.name == "mug_01"
 }
 
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
-if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
+if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ] || [ spherefunc_bullet/__init__.py -nt "$stamp" ]; then
     echo "setup: installing the package${extras:+ with $extras} into .venv (some 400 MB to download the first time)" >&2
     # First what the kernels need, so that they are compiled on one core while pip, which uses one, installs the rest.
     pip_install numba scipy trimesh networkx pillow lazy-loader

@@ -178,7 +178,7 @@ def escaped(name: str) -> str:
 
 def warn_renamed(old: str, new: str):
     """Warn, for the code that calls the caller, that a public name has changed and the old one will be removed."""
-    message = f"{old} is now {new}; the old name will be removed in the next version"
+    message = f"{old} is now {new}; the old name will be removed in version 2"
     warnings.warn(message, DeprecationWarning, stacklevel=3)
 
 
