@@ -182,7 +182,7 @@ def unit_question(extent: float) -> str:
     Examples
     --------
     >>> unit_question(300.0), unit_question(0.0003)
-    ('300 m wide; in millimetres? units="mm"', '0.3 mm wide; in metres? units="m"')
+    ('300 m wide; in millimetres? units="mm"', '0.3 mm wide; is the unit right?')
     >>> unit_question(1e200)
     '1e+200 m wide, which no unit explains'
     """
@@ -192,8 +192,10 @@ def unit_question(extent: float) -> str:
     unit = "m" if tiny else likely_unit(extent)
     if not MIN_EXTENT <= (extent / METRES["mm"] if tiny else extent * METRES[unit]) <= MAX_EXTENT:
         return f"{_rounded(extent)} wide, which no unit explains"
-    names = {"m": "in metres?" if tiny else "is the unit right?", "mm": "in millimetres?", "cm": "in centimetres?"}
-    return f'{_rounded(extent)} wide; {names.get(unit, "in inches?")} units="{unit}"'
+    if unit == "m":  # which it was taken for, unless another was given
+        return f"{_rounded(extent)} wide; is the unit right?"
+    names = {"mm": "in millimetres?", "cm": "in centimetres?", "in": "in inches?"}
+    return f'{_rounded(extent)} wide; {names[unit]} units="{unit}"'
 
 
 def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -166,7 +166,7 @@ def test_what_a_sensor_did_not_see_is_dropped_and_counted(save):
     assert lines == ["scan.pcd: dropped 10 of 30 points that are not finite"]
 
 
-@pytest.mark.parametrize(("scale", "said"), [(1500, "units="), (0.03, "units="), (300, "odd"), (0.1, "odd")])
+@pytest.mark.parametrize(("scale", "said"), [(1500, "units="), (0.03, "is the unit right"), (300, "odd"), (0.1, "odd")])
 def test_sizes_are_doubted(save, scale, said):
     vertices, faces = mug()
     path = save("mug.ply", cloud_bytes("ply", vertices * scale))
