@@ -21,7 +21,7 @@ from ..processes.tasks import run_tasks
 from ..settling.cached_runs import DropConfig
 from .folder import RunFolder, is_running
 from .ledger import Ledger, LedgerRow, RunConfig
-from .task import SimulationTask, rows_to_record, settled_rows, source_stamp, valid_row
+from .task import SimulationTask, rows_to_record, settled_rows, source_stamps, valid_row
 
 LEAST_MEMORY = 256 << 20
 Outcomes = Iterator[tuple[int, list[LedgerRow] | InputError]]
@@ -151,10 +151,9 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[S
             valid[row.object].append(now)
         changed += [now] if now != row else []
     ledger.write(changed)
+    stamps = source_stamps(objects[name] for name in objects if missing[name])
     tasks = [
-        SimulationTask(
-            path=path, name=name, stamp=source_stamp(path), radii=missing[name], drop_config=batch.drop_config
-        )
+        SimulationTask(path=path, name=name, stamp=stamps[path], radii=missing[name], drop_config=batch.drop_config)
         for name, path in objects.items()
         if missing[name]
     ]

@@ -17,12 +17,14 @@ import batch_runs
 import clouds
 import numpy as np
 import pytest
+import trimesh
 from batch_runs import SCRIPT, arrays, rows, scraps, small_objects
 from ledger_speed import speed
 from mishaps import MishapSimulator
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch import folder as folder_module
+from spherefunc_bullet.batch import task
 from spherefunc_bullet.batch.batch import Batch, ObjectLimits, run_batch
 from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs, status
 from spherefunc_bullet.batch.ledger import DONE, Ledger
@@ -186,6 +188,34 @@ def test_changed_object_is_simulated_again(data, copy, tmp_path):
     shutil.copy(moved / "mug_003.npz", moved / "broken.ply")  # still none, but another content
     assert counts(finished(batch_of(moved, copy))) == (1, 1, OBJECTS - 2)
     assert len([row for row in rows(copy) if row[0] == "mug_003.npz"]) == 2
+
+
+URDF = """<robot name="can"><link name="can">
+<visual><geometry><mesh filename="can.stl"/></geometry></visual></link></robot>"""
+
+
+def test_files_that_an_object_names_are_looked_at_by_size_and_time(tmp_path, monkeypatch):
+    can = tmp_path / "data" / "can.urdf"
+    can.parent.mkdir()
+    can.write_text(URDF)
+    trimesh.creation.cylinder(0.04, 0.1).export(can.with_name("can.stl"))
+    dataset = Dataset("one", (DatasetObject(path=can, functions=frozenset()),), can.parent)
+    drop_config, folder = DropConfig(simulator="fast", radii=(0.02, 0.03)), RunFolder(tmp_path / "run")
+    batch = Batch(dataset=dataset, drop_config=drop_config, folder=folder)
+    assert counts(finished(batch)) == (1, 0, 0)
+    with monkeypatch.context() as context:
+        context.setattr(task, "as_source", lambda path: pytest.fail(f"{path} is read again"))
+        assert counts(finished(batch)) == (0, 0, 1)
+    with sqlite3.connect(folder.path / "ledger.sqlite") as ledger:
+        ledger.execute("UPDATE runs SET source = '123 456'")  # as earlier versions wrote it
+    assert counts(finished(batch)) == (0, 0, 1)
+    with monkeypatch.context() as context:
+        context.setattr(task, "as_source", lambda path: pytest.fail(f"{path} is read again"))
+        assert counts(finished(batch)) == (0, 0, 1)
+    trimesh.creation.cylinder(0.05, 0.1).export(can.with_name("can.stl"))
+    assert counts(finished(batch)) == (1, 0, 0)
+    can.with_name("can.stl").unlink()
+    assert counts(finished(batch)) == (0, 1, 0)
 
 
 @pytest.mark.parametrize("fails", [False, True])
