@@ -132,5 +132,10 @@ def loose_parts(cloud: Cloud) -> int:
     apart = max(LOOSE, LOOSE * float(cloud.size.max()))
     cells = np.floor(one_per_cell(cloud.points, apart, cloud.bounds) * (1 / apart))
     pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # a cell and the 26 around it
-    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
-    return int(connected_components(links, directed=False)[0])
+    return int(connected(len(cells), *pairs.T).max()) + 1
+
+
+def connected(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the number of the group, from 0, of each of ``count`` items, (N,), given linked pairs (E,) of them."""
+    links = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
+    return connected_components(links, directed=False)[1]

@@ -11,13 +11,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 from ...clouds.preparation import rotation_to_z
 from ..mechanics import Pose, PoseSettings
-from .body import Body
+from .body import Body, connected
 
 TURN_DEG = 35.0  # largest angle between neighbouring facets of one pose: a prism with eleven sides counts as round
 SILL = 0.04  # of the height of the centre of mass: largest rise between them
@@ -39,15 +37,14 @@ class Facets:
     @cached_property
     def beyond(self) -> np.ndarray:
         """How far the weight acts beyond each edge of the facet on which the body rests, (F, 3); negative inside."""
-        across = [self._outward(side) for side in range(3)]
-        return np.stack([np.einsum("fi,fi->f", out, -start) for start, out in across], axis=1)
-
-    def _outward(self, side: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return a point of the edge opposite a corner, and the unit vector in the facet that points out over it."""
-        start, end, apex = (self.corners[self.triangles[:, (side + k) % 3]] for k in (1, 2, 0))
-        out = np.cross(end - start, self.normals)
-        out *= np.sign(np.einsum("fi,fi->f", out, start - apex))[:, None]
-        return start, out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+        beyond = np.empty(self.triangles.shape)
+        for side in range(3):
+            start, end, apex = (self.corners[self.triangles[:, (side + k) % 3]] for k in (1, 2, 0))
+            out = np.cross(end - start, self.normals)  # in the facet, across the edge opposite the apex
+            out *= np.sign(np.einsum("fi,fi->f", out, start - apex))[:, None]
+            out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+            beyond[:, side] = np.einsum("fi,fi->f", out, -start)
+        return beyond
 
     @cached_property
     def faces(self) -> np.ndarray:
@@ -55,7 +52,7 @@ class Facets:
         here, there = np.repeat(np.arange(len(self.heights)), 3), self.neighbors.ravel()
         coplanar = np.abs(self.normals[here] - self.normals[there]).max(axis=1) < TOUCH
         coplanar &= np.abs(self.heights[here] - self.heights[there]) < TOUCH
-        return self._joined(here[coplanar], there[coplanar])
+        return connected(len(self.heights), here[coplanar], there[coplanar])
 
     @cached_property
     def face_areas(self) -> np.ndarray:
@@ -114,7 +111,7 @@ class Facets:
         """The number of the pose to which each facet leads, (F,); a body rolls easily within a pose."""
         one, other, rise, lower = self._steps
         alike = rise < SILL * lower
-        return self._joined(one[alike], other[alike])[self.rests_on]
+        return connected(len(self.heights), one[alike], other[alike])[self.rests_on]
 
     @cached_property
     def bottoms(self) -> np.ndarray:
@@ -123,7 +120,7 @@ class Facets:
         The bumps between the facets of a round bottom are small compared to the object, however shallow it is.
         """
         one, other, rise, _ = self._steps
-        return self._joined(one[rise < BUMP], other[rise < BUMP])[self.rests_on]
+        return connected(len(self.heights), one[rise < BUMP], other[rise < BUMP])[self.rests_on]
 
     @cached_property
     def _steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -136,12 +133,6 @@ class Facets:
         lower = np.minimum(self.heights[one], self.heights[other])
         near = np.einsum("ei,ei->e", self.normals[one], self.normals[other]) > np.cos(np.radians(TURN_DEG))
         return one[near], other[near], (self.sills.ravel() - lower)[near], lower[near]
-
-    def _joined(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the number of the group of each facet, (F,), given pairs (E,) of facets in the same group."""
-        count = len(self.heights)
-        links = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
-        return connected_components(links, directed=False)[1]
 
     def lowest(self, number: int) -> int:
         """Return the facet of a pose with the lowest centre of mass, the first of equal ones."""
