@@ -18,9 +18,9 @@ from ..classification import decide
 from ..clouds.conversion import Anything, as_clouds
 from ..errors import InputError
 from ..function_model import THRESHOLD, FunctionModel
-from ..settling.cached_runs import CloudObject, DropConfig, LoadOptions, settle_cached
+from ..settling.cached_runs import CloudObject, DropConfig, LoadOptions, settle_prepared
 from ..settling.drops import DropsByRadius
-from ..settling.settling import checked_radii, settle
+from ..settling.settling import checked_radii
 from ..simulator import Simulator
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, require_names, sets_of
 
@@ -156,9 +156,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         require_as_many(X, labels)
         if known is not None and (others := set().union(*sets_of(labels)) - set(known)):
             raise InputError(f"labels: expected functions of the columns {', '.join(known)}, got {min(others)!r}")
-        drop = settle_cached if self.cache else settle
         how = self.simulator, self.radii, self.seed, self.run_limit
-        named = [(cloud.name, drop(cloud, *how)) for cloud in clouds]
+        named = [(cloud.name, settle_prepared(cloud, *how, cache=self.cache)) for cloud in clouds]
         return [settled for _, settled in named], labels, [name for name, _ in named]
 
 

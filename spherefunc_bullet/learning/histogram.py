@@ -16,6 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.conversion import Anything, as_clouds
 from ..errors import require_amount
+from ..settling.cached_runs import settle_prepared
 from ..simulator import Simulator
 from .classifier import BackendAlias, simulator_argument
 from .method import DIAMETERS, Method
@@ -212,8 +213,6 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         return self.cubes_.transform(self._settled(X))
 
     def _settled(self, X: Iterable[Anything]) -> list[np.ndarray]:
-        from ..settling.cached_runs import settle_cached
-        from ..settling.settling import settle
-
-        drop = settle_cached if self.cache else settle
-        return [drop(cloud, self.simulator, [self.radius], self.seed)[self.radius].rests for cloud in as_clouds(X)]
+        how = self.simulator, [self.radius], self.seed
+        settled = [settle_prepared(cloud, *how, cache=self.cache) for cloud in as_clouds(X)]
+        return [drops[self.radius].rests for drops in settled]

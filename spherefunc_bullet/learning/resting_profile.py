@@ -9,9 +9,8 @@ import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from ..clouds.conversion import Anything, as_cloud, listed
-from ..settling.cached_runs import settle_cached
+from ..settling.cached_runs import settle_prepared
 from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
-from ..settling.settling import settle
 from ..simulator import Simulator
 from .classifier import BackendAlias, simulator_argument
 from .profiles.quantities import NAMES, profiles_over
@@ -67,8 +66,8 @@ class RestingProfile(TransformerMixin, BaseEstimator):
             return item
         if isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] == NO_DROPS.rows().shape[1]:
             return drops_from_rows(self.radius, item)
-        drop, run_limit = settle_cached if self.cache else settle, RunLimit(drops=self.drops)
-        return drop(as_cloud(item), self.simulator, [self.radius], self.seed, run_limit)[self.radius]
+        how = self.simulator, [self.radius], self.seed, RunLimit(drops=self.drops)
+        return settle_prepared(as_cloud(item), *how, cache=self.cache)[self.radius]
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:
         """Return the names of the quantities (Q,), see `QUANTITIES`."""

@@ -124,6 +124,22 @@ def settle_cached(
     return drop_config.drops(cached_runs(cloud_hash(cloud), lambda: drop_config.prepared(cloud), drop_config))
 
 
+def settle_prepared(
+    cloud: Cloud,
+    simulator: str | Simulator,
+    radii: Sequence[float],
+    seed: int = 0,
+    run_limit: RunLimit = LIMITED,
+    *,
+    cache: bool,
+) -> DropsByRadius:
+    """Return the drops on a cloud, which is prepared first, see `DropConfig.prepared`; with or without the cache."""
+    if cache:
+        return settle_cached(cloud, simulator, radii, seed, run_limit)
+    how = DropConfig(simulator=simulator, radii=radii, seed=seed, run_limit=run_limit)
+    return settle(how.prepared(cloud), how.simulator, how.radii, seed, run_limit)
+
+
 def cached_runs(content: str, cloud: Callable[[], Cloud], drop_config: DropConfig, home: Path | None = None) -> Runs:
     """Return the runs on an object with this hash, from the cache or a run folder where it has them."""
     runs = {}
@@ -156,8 +172,8 @@ class CloudObject:
 
     def drops(self, run_limit: RunLimit) -> DropsByRadius:
         """Return the drops of runs with this limit."""
-        how = (self.drop_config.simulator, self.drop_config.radii, self.drop_config.seed, run_limit)
-        return settle_cached(self.raw_cloud, *how) if self.cache else settle(self.cloud(), *how)
+        how = self.drop_config
+        return settle_prepared(self.raw_cloud, how.simulator, how.radii, how.seed, run_limit, cache=self.cache)
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return the result of ``check`` for the cloud, cached under this name if results are cached."""

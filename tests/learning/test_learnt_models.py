@@ -15,6 +15,7 @@ from test_classifier import collection, fitted, heap
 from test_doubts import dropped as shelves
 from test_resting_profile import RADIUS, layer
 
+from spherefunc_bullet.clouds.preparation import prepare, rotated_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.learning import function_classifier, validation
@@ -38,6 +39,7 @@ from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, forest_arra
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
+from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.learning.validation import member_scores, radius_weights
 from spherefunc_bullet.settling.cached_runs import settle_cached
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
@@ -275,6 +277,16 @@ def test_what_is_trained_reads_as_much_as_what_ships():
     assert own.seed == ships.seed == 0 and METHODS["profile"].run_limit == ships.run_limit
     drops = [drop(clouds.mug(), "fast", [0.02], run_limit=RunLimit(drops=30))[0.02] for drop in (settle, settle_cached)]
     assert np.array_equal(drops[0].rests, drops[1].rests)
+
+
+def test_an_object_is_prepared_before_drops_with_the_cache_and_without():
+    """What is predicted is of prepared objects, so what is learnt has to be as well."""
+    angle = np.radians(8)
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    askew = rotated_cloud(clouds.chair(), turn)
+    assert prepare(askew) is not askew
+    profiles = [RestingProfile(0.02, drops=20, cache=cache).transform([askew]) for cache in (True, False)]
+    assert np.array_equal(*profiles)
 
 
 @pytest.mark.parametrize(("early", "there"), [(0, False), (20, True), (40, False), (50, False)])
