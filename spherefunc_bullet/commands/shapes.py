@@ -23,7 +23,7 @@ def shapes(
         typer.Argument(metavar="FILE...", readable=False, help="Meshes, URDFs, their folders, or data sets."),
     ],
     collision: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
+        Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, USD, or a mesh.")
     ] = None,
     best: Annotated[
         bool, typer.Option("--best", help="Find and write the cheapest shape that keeps everything.")

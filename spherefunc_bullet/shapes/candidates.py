@@ -15,7 +15,7 @@ import numpy as np
 
 from ..bullet.collision.shape import collision_shape
 from ..clouds.cloud import Cloud
-from ..errors import InputError, require_amount
+from ..errors import InputError, explaining, require_amount
 from ..formats.units import format_length
 from .solid import MOST_CORNERS, Solid, of_pieces, surface
 
@@ -93,14 +93,20 @@ def of_hull(cloud: Cloud) -> Solid:
 
 
 def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
-    """Return the pieces of V-HACD, at most ``hulls``, each with at most 64 corners."""
-    import vhacdx
-
+    """Return the pieces of V-HACD, at most ``hulls``."""
     mesh = of_mesh(cloud)
-    faces = np.ascontiguousarray(mesh.faces, np.uint32)
+    return of_pieces("vhacd", vhacd_pieces(mesh.vertices, mesh.faces, hulls))
+
+
+def vhacd_pieces(vertices: np.ndarray, faces: np.ndarray, hulls: int) -> list[np.ndarray]:
+    """Return the corners (K, 3) of the pieces of V-HACD for a mesh, at most ``hulls`` of at most 64 corners each."""
+    with explaining(MISSING.format("vhacd", "shapes"), ImportError):
+        import vhacdx
+
     limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": MOST_CORNERS}
-    pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, resolution=RESOLUTION, **limits)
-    return of_pieces("vhacd", [np.asarray(points) for points, _ in pieces])
+    mesh = np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.uint32)
+    pieces = vhacdx.compute_vhacd(*mesh, asyncACD=False, resolution=RESOLUTION, **limits)
+    return [np.asarray(points) for points, _ in pieces]
 
 
 def of_coacd(cloud: Cloud, threshold: float) -> Solid:

@@ -23,13 +23,13 @@ from .candidates import MISSING, Make, candidates, has_vhacd, make_solid, of_hul
 from .comparison import LARGER, KeepCriteria, ShapeRow, Subject, relative_size, row_of, with_verdict
 from .exposure import Fitting
 from .files import write_shape
-from .loaded import FileFrame, load_solids, no_report
+from .loaded import USD, FileFrame, load_solids, no_report
 from .solid import MOST_CORNERS, Solid, capped, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 BUDGET = 30.0  # seconds of processor time (so a busy machine finds the same) after which no candidate is started
 STRICT = KeepCriteria(share=0.95, moved=0.002)
-SAYS_COLLISION = (".urdf", ".sdf", ".xml")  # formats with collision geometry
+SAYS_COLLISION = (".urdf", ".sdf", ".xml", *USD)  # formats with collision geometry
 Tried = tuple[Solid, ShapeRow]
 
 
@@ -198,7 +198,7 @@ def compare_shapes(
     anything : path, Open3D or trimesh mesh
         The visual geometry. A URDF contains its collision geometry as well.
     collision : path, optional
-        A URDF, SDF, MJCF or mesh, in the same frame, loaded as PyBullet (MJCF: as MuJoCo) loads it.
+        A URDF, SDF, MJCF, USD or mesh, in the same frame, loaded as PyBullet does it (MJCF: MuJoCo; USD: PhysX).
     shapes : bool
         Whether candidates are made and compared too: mesh, voxels, compound, V-HACD, hull.
     coacd : float or floats
@@ -210,7 +210,7 @@ def compare_shapes(
     Raises
     ------
     InputError
-        If something cannot be used, the object is not a mesh, or the collision geometry is of another size.
+        If something cannot be used, the object is not a mesh, or the collision geometry is of another size or missing.
     """
     if keep is not None:
         require_amount("keep", keep, above=0.0, most=1.0)
@@ -218,12 +218,18 @@ def compare_shapes(
     kept = KeepCriteria() if keep is None else KeepCriteria(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
     subject.mesh  # noqa: B018 - clouds without a mesh are refused before anything is measured
+    given = collision
     if collision is None and isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION:
         collision = anything
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
     if shapes and not has_vhacd():
         report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
     links = [] if collision is None else list(load_solids(Path(collision), frame))
+    if collision is not None and not links:
+        none = f"{one_line(Path(collision).name)}: expected collision geometry, found none"
+        if given is not None or not shapes:
+            raise InputError(none)
+        report(f"{none}; only candidates are compared")
     pairs = [*rows_of_links(subject, links, kept, report), *candidate_rows(subject, makes, kept, report)]
     solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)

@@ -1,7 +1,8 @@
-"""Collision geometry of files, as PyBullet and MuJoCo load it.
+"""Collision geometry of files, as PyBullet, MuJoCo and PhysX load it.
 
 PyBullet's `loadURDF` makes one convex hull of each group (``o`` or ``g``) of an OBJ file, and of any other mesh as a
 whole; only ``concave="yes"`` in the URDF keeps the mesh, for static objects. A mesh file is loaded in the same way.
+In USD each collider says how its mesh is approximated; PhysX takes the hull of a mesh that moves, as its documents say.
 """
 
 from __future__ import annotations
@@ -22,10 +23,16 @@ from ..formats.files import refusing
 from ..formats.obj import read_groups
 from ..formats.scenes.parts import plain_xml, primitive, scaled
 from ..formats.scenes.urdf import find_mesh, geometry_part, robot_of
+from ..formats.scenes.usd import Collider, colliders
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
-from .solid import Solid, of_pieces, surface
+from .candidates import vhacd_pieces
+from .solid import Solid, hull_of, of_pieces, surface
 
 MOST_PIECES = 20_000
+USD = (".usd", ".usda", ".usdc", ".usdz")
+# of the mesh of a collider, as UsdPhysics and PhysX name them
+APPROXIMATIONS = "none, convexHull, convexDecomposition, meshSimplification, sdf, boundingCube, boundingSphere"
+DECOMPOSED = 32  # pieces of a mesh that PhysX decomposes, at most
 SDF_KINDS = ("box", "cylinder", "sphere", "mesh", "plane", "empty")  # what is read of SDF; planes have no part
 PlacedPart = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) and faces (M, 3) in a frame of their own
@@ -50,18 +57,15 @@ def no_report(_: str):
 
 
 def load_solids(path: Path, frame: FileFrame) -> Iterator[Solid]:
-    """Yield the collision geometry of each link of a file, as an engine loads it.
+    """Yield the collision geometry of each link of a file, if it has any, as an engine loads it.
 
     Raises
     ------
     InputError
-        If there is none, or it cannot be used.
+        If it cannot be used.
     """
     with refusing(path):
-        links = links_of(path)
-        if not links:
-            raise InputError(f"{one_line(path.name)}: expected collision geometry, found none")
-        for name, parts in links.items():
+        for name, parts in links_of(path).items():
             yield solid_of(name, parts, frame, path)
 
 
@@ -82,14 +86,14 @@ def links_of(path: Path) -> dict[str, list[PlacedPart]]:
     if ending in LOADERS:
         return LOADERS[ending](path)
     if ending not in READERS:
-        raise InputError(f"{one_line(path)}: expected a URDF, SDF, MJCF or mesh, got '{path.suffix}'")
+        raise InputError(f"{one_line(path)}: expected a URDF, SDF, MJCF, USD or mesh, got '{path.suffix}'")
     return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
 
 
 def collision_digest(path: Path) -> bytes:
     """Return the hash of the collision geometry of a file, with all that it names."""
     digest = hashlib.sha256()
-    if path.suffix.lower() not in LOADERS:
+    if path.suffix.lower() not in LOADERS or path.suffix.lower() in USD:  # what a stage collides with follows from it
         for part in as_source(path).digests():
             digest.update(part)
         return digest.digest()
@@ -236,4 +240,29 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
     return [scaled(part, sizes["scale"] or None) for part in groups_of(target)]
 
 
+def usd_links(path: Path) -> dict[str, list[PlacedPart]]:
+    """Return the collision parts of each rigid body of a USD stage, named by its path, and of what is static."""
+    links = defaultdict(list)
+    for collider in colliders(as_source(path)):
+        links[collider.body or path.stem] += collider_parts(collider)
+    return links
+
+
+def collider_parts(collider: Collider) -> Iterator[PlacedPart]:
+    """Yield what PhysX makes of a collider; of a mesh to be decomposed V-HACD's pieces, since its own are not known."""
+    vertices, faces = collider.part
+    kind = collider.approximation
+    if kind in ("none", "meshSimplification") and collider.moves:
+        kind = "convexHull"
+    if kind == "convexDecomposition":
+        yield from ((*hull_of(piece), False) for piece in vhacd_pieces(vertices, faces, DECOMPOSED))
+    elif kind in ("convexHull", "boundingCube"):
+        yield *hull_of(vertices), False
+    elif kind in ("none", "meshSimplification", "sdf"):
+        yield vertices, faces, True
+    else:
+        raise InputError(f"expected a collider approximated as {APPROXIMATIONS}, got {kind[:40]!r}")
+
+
 LOADERS = {".urdf": urdf_links, ".sdf": sdf_links, ".xml": mjcf_links, ".mjcf": mjcf_links}
+LOADERS |= dict.fromkeys(USD, usd_links)

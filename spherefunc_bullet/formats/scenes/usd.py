@@ -11,6 +11,8 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -59,8 +61,48 @@ def named_sources(source: Source) -> dict[str, Source]:
     return {os.path.relpath(name, folder): Source(Path(name), "") for name in about["files"]}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Collider:
+    """A part of a stage that collides, metres, z up, and what its engine is told to make of it."""
+
+    body: str  # path of its rigid body; empty for a static collider
+    moves: bool  # whether forces move that body
+    approximation: str  # of a mesh, as UsdPhysics names it; a solid, a box and a sphere are convex
+    part: Part
+
+
 def read_usd(source: Source) -> Geometry:
     """Return the vertices (N, 3) in metres, z up, and triangles (M, 3)."""
+    about, arrays = _copied_stage(source)
+    parts = [_solid(**solid) for solid in about["solids"]]
+    if len(arrays["points"]):
+        parts.append((arrays["points"], fan_triangles(arrays["counts"], arrays["corners"])))
+    return Geometry(*_placed(joined(parts), about))
+
+
+def colliders(source: Source) -> Iterator[Collider]:
+    """Yield the parts of a stage that collide, seen or not."""
+    about, arrays = _copied_stage(source, "--colliders")
+    points, counts, corners = (arrays[name] for name in ("points", "counts", "corners"))
+    for mesh in about["meshes"]:
+        own, polygons = mesh.pop("points"), mesh.pop("polygons")
+        end = counts[:polygons].sum()
+        part = points[:own], fan_triangles(counts[:polygons], corners[:end])
+        yield Collider(**mesh, part=_placed(part, about))
+        points, counts, corners = points[own:], counts[polygons:], corners[end:] - own
+    for solid in about["solids"]:
+        physics = {name: solid.pop(name) for name in ("body", "moves", "approximation")}
+        yield Collider(**physics | {"approximation": "convexHull"}, part=_placed(_solid(**solid), about))
+
+
+def _placed(part: Part | Geometry, about: dict[str, Any]) -> Part:
+    """Return vertices and faces in a stage's unit and frame in metres, z up."""
+    vertices, faces = part if isinstance(part, tuple) else (part.vertices, part.faces)
+    return about["metres"] * vertices @ _UP[about["up"]].T, faces
+
+
+def _copied_stage(source: Source, *options: str) -> tuple[dict[str, Any], np.lib.npyio.NpzFile]:
+    """Return what the program says about copies of a stage's files, which are all that it may read."""
     files = {part.path.resolve(): part.data for part in source.parts()}
     root = os.path.commonpath([path.parent for path in files])
     with TemporaryDirectory() as folder:
@@ -68,14 +110,10 @@ def read_usd(source: Source) -> Geometry:
         for copy, data in zip(copies, files.values(), strict=True):
             copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_bytes(data)
-        about, arrays = _stage(copies[0])
+        about, arrays = _stage(copies[0], *options)
     if others := [*about["missing"], *({*about["files"]} - {*map(str, copies)})]:
         raise FormatError(f"expected relative names of all other files, got {others[0][-80:]!r}; save it with these")
-    parts = [_solid(**solid) for solid in about["solids"]]
-    if len(arrays["points"]):
-        parts.append((arrays["points"], fan_triangles(arrays["counts"], arrays["corners"])))
-    geometry = joined(parts)
-    return Geometry(about["metres"] * geometry.vertices @ _UP[about["up"]].T, geometry.faces)
+    return about, arrays
 
 
 def _solid(kind: str, axis: str, transform: list[list[float]], **sizes: float) -> Part:

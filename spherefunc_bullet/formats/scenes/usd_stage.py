@@ -1,9 +1,10 @@
 """A program that reads a USD stage and writes what is in it, in a process of its own: damaged files can crash usd-core.
 
-``python usd_stage.py FILE [--names]`` writes a NumPy archive to stdout, with ``about`` (JSON) and the visible meshes as
-one: ``points`` (N, 3) in the stage's units and frame, the ``counts`` (P,) of corners of its polygons, and all their
-``corners`` (C,). Clouds of points are only written if there is nothing else. With ``--names`` it writes the names of
-the files alone. It imports nothing of this package, so that it starts quickly.
+``python usd_stage.py FILE [--names | --colliders]`` writes a NumPy archive to stdout, with ``about`` (JSON) and the
+visible meshes as one: ``points`` (N, 3) in the stage's units and frame, the ``counts`` (P,) of corners of its polygons,
+and all their ``corners`` (C,). Clouds of points are only written if there is nothing else. With ``--colliders`` it
+writes what collides, seen or not, and ``about`` says how large each mesh is and what its engine is told about it; with
+``--names`` it writes the names of the files alone. It imports nothing of this package, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdUtils
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
 MOST_BYTES = 4 << 30  # of memory
 MOST_PRIMS = 100_000  # a small file can show billions, by references to references
@@ -32,17 +33,36 @@ def layers_of(path: str) -> tuple[list[str], list[str]]:
     return sorted(files - {path}), sorted(name for name in missing if Sdf.FileFormat.FindByExtension(name))
 
 
-def visible_parts(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    """Yield the meshes, clouds and solids that a renderer shows, also those of instances."""
+def drawn_parts(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    """Yield the meshes, clouds and solids of a stage, also those of instances."""
     for count, prim in enumerate(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))):
         if count == MOST_PRIMS:
             raise ValueError(f"more than {MOST_PRIMS:,} prims")
         if prim.IsA(UsdGeom.PointInstancer):
             raise ValueError(f"a PointInstancer, {prim.GetPath()}; save it with separate parts")
-        shown = UsdGeom.Imageable(prim)
-        drawn = prim.GetTypeName() in (*SOLIDS, *POINT_BASED)
-        if drawn and shown.ComputePurpose() in ("default", "render") and shown.ComputeVisibility(FIRST) != "invisible":
+        if prim.GetTypeName() in (*SOLIDS, *POINT_BASED):
             yield prim
+
+
+def is_visible(prim: Usd.Prim) -> bool:
+    """Return whether a renderer shows a part."""
+    shown = UsdGeom.Imageable(prim)
+    return shown.ComputePurpose() in ("default", "render") and shown.ComputeVisibility(FIRST) != "invisible"
+
+
+def collides(prim: Usd.Prim) -> bool:
+    """Return whether a part is a collider."""
+    return prim.HasAPI(UsdPhysics.CollisionAPI) and UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Get(FIRST)
+
+
+def collision_of(prim: Usd.Prim) -> dict[str, object]:
+    """Return the path of the rigid body of a collider, whether forces move it, and how its mesh is approximated."""
+    body = prim
+    while body and not body.HasAPI(UsdPhysics.RigidBodyAPI):
+        body = body.GetParent()
+    moves = bool(body) and not UsdPhysics.RigidBodyAPI(body).GetKinematicEnabledAttr().Get(FIRST)
+    shape = UsdPhysics.MeshCollisionAPI(prim).GetApproximationAttr()
+    return {"body": str(body.GetPath()) if body else "", "moves": moves, "approximation": shape.Get(FIRST) or "none"}
 
 
 def polygons_of(prim: Usd.Prim) -> Polygons:
@@ -80,7 +100,20 @@ def solid_of(prim: Usd.Prim) -> dict[str, object]:
     return {"kind": prim.GetTypeName().lower(), "axis": axis, **sizes}
 
 
-def main(path: str, names_alone: bool):
+def box_around(points: np.ndarray) -> np.ndarray:
+    """Return the corners (8, 3) of the bounding box of points (N, 3)."""
+    return np.array(np.meshgrid(*zip(points.min(axis=0), points.max(axis=0), strict=True))).reshape(3, -1).T
+
+
+def bounding_sphere(points: np.ndarray, transform: np.ndarray) -> dict[str, object]:
+    """Return a sphere around the middle of points (N, 3), as a solid; ``transform`` (4, 4) is of rows."""
+    place = np.eye(4)
+    place[3, :3] = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - place[3, :3], axis=1).max())
+    return {"kind": "sphere", "axis": "Z", "radius": radius, "transform": (place @ transform).T.tolist()}
+
+
+def main(path: str, names_alone: bool, colliders: bool):
     """Write the archive."""
     with suppress(ImportError):  # not on Windows
         import resource
@@ -93,18 +126,25 @@ def main(path: str, names_alone: bool):
         stage, cache, solids = Usd.Stage.Open(path), UsdGeom.XformCache(FIRST), []
         if errors := stage.GetCompositionErrors():
             raise ValueError(f"{errors[0].rootSite.path} refers to what is not there or of another format")
-        for prim in visible_parts(stage):
+        sizes: list[dict[str, object]] = []
+        for prim in filter(collides if colliders else is_visible, drawn_parts(stage)):
             transform = np.array(cache.GetLocalToWorldTransform(prim))  # of rows: a point is multiplied from the left
-            if prim.GetTypeName() in POINT_BASED:
+            physics = collision_of(prim) if colliders else {}
+            if prim.GetTypeName() in SOLIDS:
+                solids.append({"transform": transform.T.tolist(), **solid_of(prim), **physics})
+            elif physics.get("approximation") == "boundingSphere":
+                solids.append(bounding_sphere(polygons_of(prim)[0], transform) | physics)
+            else:
                 points, counts, corners = polygons_of(prim)
+                if physics.get("approximation") == "boundingCube":
+                    points, counts, corners = box_around(points), *np.empty((2, 0), np.int64)
                 moved = points @ transform[:3, :3] + transform[3, :3], counts, corners
                 meshes.append(turned_over(moved) if np.linalg.det(transform[:3, :3]) < 0 else moved)
-            else:
-                solids.append(solid_of(prim) | {"transform": transform.T.tolist()})
+                sizes.append({"points": len(points), "polygons": len(counts), **physics})
         unit, up = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
-        about |= {"metres": unit, "up": up, "solids": solids}
+        about |= {"metres": unit, "up": up, "solids": solids, "meshes": sizes}
         surfaces = [mesh for mesh in meshes if len(mesh[1])]
-        meshes = surfaces if surfaces or solids else meshes
+        meshes = surfaces if not colliders and (surfaces or solids) else meshes
     starts = np.cumsum([0, *(len(points) for points, _, _ in meshes)])
     written = {
         "points": np.concatenate([np.empty((0, 3)), *(points for points, _, _ in meshes)]),
@@ -122,7 +162,7 @@ def main(path: str, names_alone: bool):
 
 if __name__ == "__main__":
     try:
-        main(sys.argv[1], "--names" in sys.argv)
+        main(sys.argv[1], "--names" in sys.argv, "--colliders" in sys.argv)
     except MemoryError:
         sys.exit(f"it takes more than {MOST_BYTES >> 30} GiB of memory")
     except Exception as error:  # whatever damaged bytes raise is the answer; of usd-core's own, no line is for readers
