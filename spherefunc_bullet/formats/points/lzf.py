@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def unpack(packed, out):
     """Unpack LZF bytes and return the number of unpacked bytes, or -1 if the input is damaged.
 
