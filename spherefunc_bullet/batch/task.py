@@ -71,7 +71,7 @@ def stamp_of(path: Path, names: Iterable[str]) -> str:
 def is_unchanged(path: Path, stamp: str | None) -> bool:
     """Return whether all files of a stamp are as they were; False where only the object's file can tell which they are.
 
-    That file is not read, which takes a third of a second for USD. Files of other folders may be found elsewhere now.
+    That file is not read, for which USD takes a process. Files of other folders may be found elsewhere now.
     """
     try:
         names = [name for name, _, _ in json.loads(stamp or "")]

@@ -240,7 +240,7 @@ def test_provenance_says_what_produced_the_result(simulator: Simulator):
     assert expected.items() <= json.loads(json.dumps(result.provenance)).items()
 
 
-def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
+def test_what_became_of_every_drop_is_reported(simulator: Simulator, name: str):
     """Columns and outcomes contain every drop, in the order in which the drops ended."""
     result = dropped(simulator.name, name)
     counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()

@@ -63,7 +63,7 @@ def named_sources(source: Source) -> dict[str, Source]:
 
 @dataclass(frozen=True, kw_only=True)
 class Collider:
-    """A part of a stage that collides, metres, z up, and what its engine is told to make of it."""
+    """A part of a stage that collides, metres, z up, and what the stage says that an engine makes of it."""
 
     body: str  # path of its rigid body; empty for a static collider
     moves: bool  # whether forces move that body

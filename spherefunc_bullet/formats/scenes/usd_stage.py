@@ -3,7 +3,7 @@
 ``python usd_stage.py FILE [--names | --colliders]`` writes a NumPy archive to stdout, with ``about`` (JSON) and the
 visible meshes as one: ``points`` (N, 3) in the stage's units and frame, the ``counts`` (P,) of corners of its polygons,
 and all their ``corners`` (C,). Clouds of points are only written if there is nothing else. With ``--colliders`` it
-writes what collides, seen or not, and ``about`` says how large each mesh is and what its engine is told about it; with
+writes what collides, seen or not, and ``about`` says how large each mesh is and what it says to its engine; with
 ``--names`` it writes the names of the files alone. It imports nothing of this package, so that it starts quickly.
 """
 
