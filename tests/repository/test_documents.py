@@ -26,6 +26,7 @@ from catalogues import household
 from checkout import ROOT
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
+from usd_stages import stage_of
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.viewer.pictures import CameraView
@@ -79,6 +80,7 @@ def files(tmp_path_factory) -> Path:
     plain_cup(16).export(folder / "mug.obj")
     plain_cup(16).convex_hull.export(folder / "mug_col.obj")
     (folder / "mug.urdf").write_text(URDF)
+    (folder / "mug.usda").write_text(stage_of(plain_cup(16), "convexHull"))
     write_clouds(folder)
     for data in ("DATA", "my_objects", "models"):
         write_data(folder / data, list(known.values()))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from test_shapes import cup
 from typer.testing import CliRunner
+from usd_stages import stage_of
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.commands.command_line import application
@@ -15,26 +18,7 @@ from spherefunc_bullet.shapes.loaded import FileFrame, load_solids
 pytest.importorskip("pxr", reason="usd-core is not installed")
 
 FRAME = FileFrame(up="z", units="m", shift=np.zeros(3))
-STAGE = """#usda 1.0
-(
-    defaultPrim = "Mug"
-    upAxis = "%s"
-    metersPerUnit = %g
-)
-def Xform "Mug"%s
-{
-    def Mesh "Seen"%s
-    {
-        int[] faceVertexCounts = %s
-        int[] faceVertexIndices = %s
-        point3f[] points = %s
-        %s
-    }
-%s
-}
-"""
 BODY = ' (prepend apiSchemas = ["PhysicsRigidBodyAPI"])'
-COLLIDER = ' (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI"])'
 FLOOR = """    def Cube "Floor" (prepend apiSchemas = ["PhysicsCollisionAPI"])
     {
         token visibility = "invisible"
@@ -45,16 +29,11 @@ FLOOR = """    def Cube "Floor" (prepend apiSchemas = ["PhysicsCollisionAPI"])
 
 @pytest.fixture
 def stage(tmp_path):
-    """Return a function that writes a stage of a mug."""
-    vertices, faces = cup().vertices, cup().faces
+    """Return a function that writes a stage of a cup."""
 
-    def write(approximation="", body="", beside="", up="Z", metres=1.0):
-        points = vertices / metres
-        points = points if up == "Z" else points[:, [0, 2, 1]] * [1, 1, -1]
-        arrays = [3] * len(faces), faces.ravel().tolist(), list(map(tuple, points.tolist()))
-        says = f'uniform token physics:approximation = "{approximation}"' if approximation else ""
+    def write(approximation: str = "", body: str = "", beside: str = "", **frame) -> Path:
         path = tmp_path / "mug.usda"
-        path.write_text(STAGE % (up, metres, body, COLLIDER if approximation else "", *arrays, says, beside))
+        path.write_text(stage_of(cup(), approximation, body, beside, **frame))
         return path
 
     return write
