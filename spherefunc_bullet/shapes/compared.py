@@ -198,7 +198,7 @@ def compare_shapes(
     anything : path, Open3D or trimesh mesh
         The visual geometry. A URDF contains its collision geometry as well.
     collision : path, optional
-        A URDF, SDF, MJCF, USD or mesh, in the same frame, loaded as PyBullet does it (MJCF: MuJoCo; USD: PhysX).
+        A URDF, SDF, MJCF, USD or mesh, in the same frame, loaded as PyBullet does it (MJCF: as MuJoCo).
     shapes : bool
         Whether candidates are made and compared too: mesh, voxels, compound, V-HACD, hull.
     coacd : float or floats

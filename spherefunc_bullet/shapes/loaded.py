@@ -1,8 +1,8 @@
-"""Collision geometry of files, as PyBullet, MuJoCo and PhysX load it.
+"""Collision geometry of files, as PyBullet and MuJoCo load it, and as PhysX is assumed to.
 
 PyBullet's `loadURDF` makes one convex hull of each group (``o`` or ``g``) of an OBJ file, and of any other mesh as a
 whole; only ``concave="yes"`` in the URDF keeps the mesh, for static objects. A mesh file is loaded in the same way.
-In USD each collider says how its mesh is approximated; PhysX takes the hull of a mesh that moves, as its documents say.
+In USD each collider says how its mesh is approximated. PhysX takes no triangles that move, so their hull is taken.
 """
 
 from __future__ import annotations
@@ -249,7 +249,7 @@ def usd_links(path: Path) -> dict[str, list[PlacedPart]]:
 
 
 def collider_parts(collider: Collider) -> Iterator[PlacedPart]:
-    """Yield what PhysX makes of a collider; of a mesh to be decomposed V-HACD's pieces, since its own are not known."""
+    """Yield the parts of a collider; of a mesh to be decomposed V-HACD's pieces, since those of PhysX are not known."""
     vertices, faces = collider.part
     kind = collider.approximation
     if kind in ("none", "meshSimplification") and collider.moves:

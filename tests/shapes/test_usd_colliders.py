@@ -1,4 +1,4 @@
-"""Colliders of USD stages: what PhysX makes of them, and which functions they keep."""
+"""Colliders of USD stages: what is made of them, and which functions they keep."""
 
 from __future__ import annotations
 
