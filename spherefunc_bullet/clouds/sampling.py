@@ -155,7 +155,8 @@ def _bound(triangles, cover, corners):
         first_row, last_row = _rows(corners, cover)
         for j in range(first_row, last_row + 1):
             left, right = _row_span(corners, j * rise - cover, j * rise + cover)
-            total += int((right - left + 2.0 * cover) / pitch) + 2
+            if left <= right:  # rounding may leave nothing of the first or the last row
+                total += int((right - left + 2.0 * cover) / pitch) + 2
     return total
 
 
@@ -172,6 +173,8 @@ def _lattice_points(triangle, cover, corners, out, front, back):
         y = j * rise
         shift = 0.5 * (j & 1)
         left, right = _row_span(corners, y - cover, y + cover)
+        if left > right:
+            continue
         first, last = (left - cover) / pitch - shift, (right + cover) / pitch - shift
         for i in range(int(math.ceil(first)), int(math.floor(last)) + 1):
             x = (i + shift) * pitch

@@ -102,6 +102,11 @@ def test_density_of_a_panel_is_that_of_the_lattice():
     assert len(points) == pytest.approx(1.0 / cell, rel=0.03)  # the border adds a row or two of 250
 
 
+def test_a_row_of_which_rounding_leaves_nothing_is_skipped():
+    vertices = np.array([[8.729, -52.152, 5], [13.963, -50.6, 5], [10.617, -50.799, 5]]) / 1000  # of a real mesh
+    assert largest_gap(vertices, np.array([[0, 1, 2]]), np.random.default_rng(7)) <= MAX_GAP + ROUNDING
+
+
 def test_repeated_vertices_doubled_sheets_and_winding_change_nothing():
     vertices, faces = plate(0.3, 0.2)
     points = sample_surface(vertices, faces)
