@@ -6,7 +6,7 @@ import math
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import field, fields
 from numbers import Integral, Real
 from pathlib import Path
@@ -192,9 +192,10 @@ def renamed(old: str, new: str) -> property:
     return property(read)
 
 
-def attempt(function: Callable, task: tuple) -> Any:
-    """Return what a function returns, or the InputError that it raises."""
+def attempt(function: Callable, task: tuple, subject: str | None = None) -> Any:
+    """Return what a function returns, or the InputError that it raises; see `blaming` for the subject of any other."""
     try:
-        return function(*task)
+        with nullcontext() if subject is None else blaming(subject):
+            return function(*task)
     except InputError as error:
         return error

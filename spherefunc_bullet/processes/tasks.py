@@ -46,16 +46,12 @@ def run_tasks(
     index, outcome : int, object or InputError
         In the order of completion; with one job in the order of the tasks. An InputError that the function raises is an
         outcome, and so is the error of a task whose process died or took too long twice: `Crashed`, `OutOfMemory` or
-        `TimedOut`.
-
-    Raises
-    ------
-    Exception
-        Any other exception of the function, with the worker's traceback as a note.
+        `TimedOut`. Any other exception becomes one too, `Unexpected`: a fault of this package costs one task.
     """
     count = min(worker_count(jobs), len(tasks))
     if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
-        yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
+        named = enumerate(zip(tasks, map(one_line, names), strict=True))
+        yield from ((index, attempt(function, task, name)) for index, (task, name) in named)
         return
     # Not imported if this process does the work, since loading it would delay the first classification.
     from .worker import Worker, WorkerTask

@@ -14,7 +14,6 @@ import signal
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -133,23 +132,13 @@ def end_with_parent():
 
 
 def answer(function: Callable, task: bytes) -> bytes:
-    """Return, pickled, the outcome of a pickled task and None, or None and an error."""
-    try:
-        return pickle.dumps((attempt(function, pickle.loads(task)), None), pickle.HIGHEST_PROTOCOL)
+    """Return, pickled, the outcome of a pickled task with its name; see `run_tasks`."""
+    name, arguments = pickle.loads(task)
+    try:  # a result that cannot be pickled is an error of the function too
+        outcome = attempt(lambda: pickle.dumps(function(*arguments), pickle.HIGHEST_PROTOCOL), (), name)
     except MemoryError:
         os._exit(OUT_OF_MEMORY)  # a new process may get more
-    except BaseException as error:
-        error.add_note(f"in a worker process:\n{traceback.format_exc()}")
-        return pickle.dumps((None, portable(error)))
-
-
-def portable(error: BaseException) -> Exception:
-    """Return an error, or one with the same text if it cannot be pickled or would end the receiving process."""
-    with suppress(Exception):
-        pickle.loads(pickle.dumps(error))
-        if isinstance(error, Exception):
-            return error
-    return RuntimeError("\n".join([repr(error), *error.__notes__]))
+    return outcome if isinstance(outcome, bytes) else pickle.dumps(outcome)
 
 
 @dataclass(frozen=True)
@@ -186,7 +175,7 @@ class Worker:
         """Send the task to the process, which is ready for it."""
         self.deadline = time.monotonic() + self.time_limit
         with suppress(ConnectionError):  # the process has died, which its sentinel will show
-            self.pipe.send(self.task.arguments)
+            self.pipe.send((self.task.name, self.task.arguments))
 
     def outcomes(self) -> list:
         """Return the outcome of the task in a list, which is empty until there is one."""
@@ -201,18 +190,15 @@ class Worker:
         return []
 
     def receive(self) -> list:
-        """Receive a message of the process: that it is ready, an outcome, or an unexpected error."""
+        """Receive a message of the process: that it is ready, or an outcome."""
         try:
-            answer = self.pipe.recv()
+            outcome = self.pipe.recv()
         except (EOFError, OSError):
             return self.retry_lost()
         if not self.ready:
             self.ready = True
             self.send()
             return []
-        outcome, error = answer
-        if error is not None:
-            raise error
         return [outcome]
 
     def retry_lost(self) -> list:
