@@ -80,6 +80,18 @@ def test_a_file_may_climb_within_its_package_and_not_out_of_it(tmp_path):
     assert is_refused(write_robot(path, "package://arm/meshes/link.stl"))
 
 
+@pytest.mark.parametrize(
+    ("file", "mesh"),
+    [("urdf/mug/a.urdf", "../../mesh/mug.stl"), ("mugs/a.urdf", "../mesh/mug.stl"), ("urdf/a.urdf", "mesh/mug.stl")],
+)
+def test_the_usual_folders_of_a_package_without_its_mark_are_found(tmp_path, file, mesh):
+    write_mesh(tmp_path / "library" / "mesh" / "mug.stl")
+    path = write_robot(tmp_path / "library" / file, mesh)
+    assert len(read_geometry(path).faces) == 12
+    write_mesh(tmp_path / "secret.stl")
+    assert is_refused(write_robot(path, f"{'../' * len(Path(file).parts)}secret.stl"))
+
+
 @pytest.mark.parametrize("pointed", ["packages", "packages/arm"], ids=["to packages", "to the package"])
 def test_packages_are_found_where_the_user_points(tmp_path, monkeypatch, pointed):
     write_mesh(tmp_path / "packages" / "arm" / "meshes" / "top.stl")

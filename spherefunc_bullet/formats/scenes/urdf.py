@@ -1,13 +1,14 @@
 """URDF, read by yourdfpy: the visible parts of a robot or an object as one object, with every joint at zero.
 
 The readers of their own formats read its meshes, with the same limits. Meshes are looked for in the folder of the file,
-in its ROS package, and in the folders that the user gives with ``--package-path`` or ``ROS_PACKAGE_PATH``; nothing
-outside these folders is ever read.
+in its ROS package or what is laid out like one, and in the folders that the user gives with ``--package-path`` or
+``ROS_PACKAGE_PATH``; nothing outside these folders is ever read.
 """
 
 from __future__ import annotations
 
 import io
+import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 PACKAGE_PATH = "ROS_PACKAGE_PATH"  # environment variable: folders of packages, or packages
 SHAPES = frozenset({"mesh", "box", "cylinder", "sphere"})
 _MARK = "package.xml"  # every ROS package has this file
-_LAYOUT = ("urdf", "robots", "xacro")  # subfolders of a package without that file that hold URDF files
+_LAYOUT = frozenset({"urdf", "robots", "xacro"})  # subfolders of a package without that file that hold URDF files,
+_MESHES = ("meshes", "mesh")  # and their meshes
 
 
 def find_mesh(name: str, folder: Path) -> Path | None:
@@ -38,7 +40,7 @@ def find_mesh(name: str, folder: Path) -> Path | None:
     """
     folder = folder.resolve()
     given = [Path(part).resolve() for part in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if part.strip()]
-    trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *given]
+    trusted = [*(parent for parent in folder.parents if (parent / _MARK).is_file()), *_unmarked(folder), *given]
     places = (place for spelling in (name, unquote(name)) for place in _places(spelling, folder, trusted))
     return next((target for root, inner in places if (target := inside(root / inner, [root, *trusted]))), None)
 
@@ -54,17 +56,21 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
     elif scheme in ("package", "model"):
         package, _, inner = rest.partition("/")
         if package.strip(".") and inner:
-            roots = [folder, *_unmarked(folder), *trusted]
-            yield from ((root, inner) for root in roots if root.name == package)
+            yield from ((root, inner) for root in (folder, *trusted) if root.name == package)
             yield from ((root / package, inner) for root in trusted)
             yield from ((folder, inner), (folder, rest))  # the second is where PyBullet finds it
 
 
 def _unmarked(folder: Path) -> list[Path]:
-    """Return the package that contains a folder, recognised by names only; never a home or a top-level folder."""
-    package = folder.parent
-    shared = len(package.parents) < 2 or Path.home().resolve().is_relative_to(package)
-    return [package] if folder.name in _LAYOUT and not shared else []
+    """Return packages, at most two folders above, recognised by their subfolders; never a home or a top-level folder."""
+    home = Path.home().resolve()
+    return [
+        package
+        for package, inner in zip(folder.parents[:2], (folder, *folder.parents), strict=False)
+        if len(package.parents) > 1
+        and not home.is_relative_to(package)
+        and (inner.name in _LAYOUT or any((package / meshes).is_dir() for meshes in _MESHES))
+    ]
 
 
 def read_urdf(source: Source) -> Geometry:
@@ -91,6 +97,7 @@ def robot_of(tree: ElementTree.Element) -> yourdfpy.URDF:
     """
     import yourdfpy
 
+    logging.getLogger("yourdfpy").addHandler(logging.NullHandler())  # all joints are at zero, so mimicry does not matter
     shapes = [[shape.tag for shape in geometry] for geometry in tree.iterfind("link/*/geometry")]
     if odd := next((tags[0] for tags in shapes if tags and SHAPES.isdisjoint(tags)), None):
         raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
