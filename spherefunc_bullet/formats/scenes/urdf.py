@@ -62,7 +62,7 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
 
 
 def _unmarked(folder: Path) -> list[Path]:
-    """Return packages, at most two folders above, recognised by their subfolders; never a home or a top-level folder."""
+    """Return packages up to two folders above, recognised by their subfolders; never a home or a top-level folder."""
     home = Path.home().resolve()
     return [
         package
@@ -97,7 +97,7 @@ def robot_of(tree: ElementTree.Element) -> yourdfpy.URDF:
     """
     import yourdfpy
 
-    logging.getLogger("yourdfpy").addHandler(logging.NullHandler())  # all joints are at zero, so mimicry does not matter
+    logging.getLogger("yourdfpy").addHandler(logging.NullHandler())  # it warns of joints, which are all at zero
     shapes = [[shape.tag for shape in geometry] for geometry in tree.iterfind("link/*/geometry")]
     if odd := next((tags[0] for tags in shapes if tags and SHAPES.isdisjoint(tags)), None):
         raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
