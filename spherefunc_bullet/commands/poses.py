@@ -77,10 +77,16 @@ def posed_file(
     from ..learning.any_pose import pose_functions
 
     started = time.perf_counter()
-    cloud = load_cloud(file, up="z", units=units, report=say)  # rotations are from the file's own frame
+    cloud = load_cloud(file, up="z", units=units, report=say_but_up)  # rotations are from the file's own frame
     with blaming(f"{cloud.name}: backend {simulator.name!r}"):
         result = simulator.poses(cloud, settings, seed)
     return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
+
+
+def say_but_up(line: str):
+    """Print what is reported about a file, but not which axis may be up: all are tried."""
+    if " up, " not in line:
+        say(line)
 
 
 def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], seconds: float) -> Row:
