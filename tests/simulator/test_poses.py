@@ -267,7 +267,7 @@ def test_no_axis_is_said_to_be_up_since_all_are_tried(tmp_path):
     from typer.testing import CliRunner
 
     for words in (["poses"], ["classify", "--any-pose"]):
-        done = CliRunner().invoke(application(), [words[0], str(tmp_path / "brick.glb"), *words[1:], "--backend", "fast"])
+        done = CliRunner().invoke(application(), [*words, str(tmp_path / "brick.glb"), "--backend", "fast"])
         assert done.exit_code == 0 and " up" not in done.stderr
 
 
