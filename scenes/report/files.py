@@ -145,6 +145,7 @@ def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
 
 Used = Mapping[int | None, Sequence[Place]]  # the places of each object by its id; None: on no object
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
+_DIGITS = 12  # after the point of directions and turns: with 6, points at UTM coordinates would be metres off
 
 
 def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, object]:
@@ -156,13 +157,13 @@ def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, o
         "dropped": scan.dropped,
         **({} if scan.level_frame is None else {"frame": scan.level_frame}),
         "floor": {
-            "normal": levelling.up.round(6).tolist(),
+            "normal": levelling.up.round(_DIGITS).tolist(),
             "height": round(levelling.height, 4),
             "seen": levelling.floor_seen,
             "from": levelling.source,
         },
-        "up": levelling.up.round(6).tolist(),
-        "T_level_scan": levelling.T_level_scan.round(6).tolist(),
+        "up": levelling.up.round(_DIGITS).tolist(),
+        "T_level_scan": levelling.T_level_scan.round(_DIGITS).tolist(),
         "objects": [
             object_json(item, room, int(counts[item.id])) | places_json(item.id, places) for item in room.objects
         ],
