@@ -249,7 +249,7 @@ def places_in(scan: Scan, room: Room, put: tuple[Cloud, Similarity] | None) -> d
 def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
     from ..report.files import object_cells
-    from .scene_frames import position_text, print_objects
+    from .scene_frames import position_text, print_inferred, print_objects
 
     rows = []
     for item in room.objects:
@@ -258,7 +258,6 @@ def print_room(scan: Scan, room: Room):
             rows.append([str(item.id), *cells, position_text(room.box_in_scan(item.box).center), f"{len(item.points)}"])
     counts = print_objects(scan.name, room, rows, "object", "points")
     show(f"{counts}; ground: {room.levelling.source}")
-    for item in room.inferred:
-        show(f"inferred, not counted: {item.function}, since {item.reason}")
+    print_inferred(room.inferred)
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
     show(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")

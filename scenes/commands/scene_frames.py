@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
-    from ..recognition.room import Room
+    from ..recognition.room import InferredObject, Room
     from ..scans.scan import Scan
 
 
@@ -99,9 +100,16 @@ def fused_json(
     fusion: SceneFusion, source: Frames, objects: list[FusedObject], used: dict[int | None, list[Place]] | None
 ) -> dict[str, object]:
     """Return a fused room for JSON: what `room_json` returns, and ids, images, poses, and objects that are gone."""
-    from ..report.files import room_json
+    from ..report.files import inferred_json, room_json
 
     whole = room_json(fusion.scan, fusion.room, used)
+    inferred = inferred_at_ids(fusion)
+    whole["inferred"] = [inferred_json(item, fusion.room) for item in inferred]
+    reasons = {old.reason: new.reason for old, new in zip(fusion.room.inferred, inferred, strict=True)}
+    for place in whole.get("places", ()):
+        note = place.get("note", "")
+        if known := [reason for reason in reasons if note.endswith(reason)]:
+            place["note"] = note.removesuffix(known[0]) + reasons[known[0]]
     for row, item in zip(whole["objects"], objects, strict=True):
         moved = None if item.moved is None else item.moved.round(4).tolist()
         row |= {"id": item.id, "label": item.label, "seen": item.seen, "moved": moved}  # label: in the labelled PLY
@@ -117,6 +125,16 @@ def fused_json(
     }
 
 
+def inferred_at_ids(fusion: SceneFusion) -> list[InferredObject]:
+    """Return what is inferred at tables that have the ids of the fused objects, in place of their labels."""
+    found = []
+    for item in fusion.room.inferred:
+        number = fusion.ids[item.table]
+        reason = item.reason.replace(f"table {item.table};", f"table {number};")
+        found.append(replace(item, table=number, reason=reason))
+    return found
+
+
 def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
     """Print the objects with a function, and those that are gone."""
     from ..report.files import object_cells
@@ -130,10 +148,17 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
             rows.append([str(item.id), *cells, position_text(item.box.center), str(item.seen), moved])
     title = f"{fusion.count} depth image{'s' * (fusion.count != 1)}"
     show(f"{print_objects(title, fusion.room, rows, 'id', 'images', 'moved, m')}; {len(fusion.gone)} gone")
+    print_inferred(inferred_at_ids(fusion))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())
     show(f"seconds of the last image and the last update: {stages}")
     for one in fusion.gone:
         say(f"gone: object {one.id}, {', '.join(sorted(one.functions)) or 'of no function'}")
+
+
+def print_inferred(items: Iterable[InferredObject]):
+    """Print a line for each object that was not seen, but inferred."""
+    for item in items:
+        show(f"inferred, not counted: {item.function}, since {item.reason}")
 
 
 def print_objects(title: str, room: Room, rows: list[list[str]], first: str, *last: str) -> str:
