@@ -46,7 +46,8 @@ def records_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
     """
     order = ">" if message.is_bigendian else "<"
     height, width, step = int(message.height), int(message.width), int(message.point_step)
-    fields = [field for field in message.fields if field.datatype in DATATYPES]
+    known = {field.name: field for field in reversed(message.fields) if field.datatype in DATATYPES}
+    fields = list(known.values())  # the first of each name: several are called `_` where PCL's points are padded
     layout = {
         "names": [field.name for field in fields],
         "formats": [order + DATATYPES[field.datatype] for field in fields],

@@ -283,6 +283,16 @@ def test_other_types_orders_and_paddings_of_points():
     assert np.array_equal(points_of(other), points) and colours_of(other) is None
 
 
+def test_fields_that_only_pad_may_have_one_name():
+    messages, points = Messages(ros1=False), np.random.default_rng(0).random((40, 3))
+    cloud = messages.cloud(points)
+    for offset in (12, 14):
+        pad = messages.make("sensor_msgs/msg/PointField", name="_", offset=offset, datatype=2, count=2)
+        cloud.fields.append(pad)
+    assert np.allclose(points_of(cloud), points, atol=1e-7)
+    assert (colours_of(cloud) == [255, 128, 0]).all()
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
