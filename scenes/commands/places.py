@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import time
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,10 +13,12 @@ import typer
 
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, show
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.places.place import Place
+    from spherefunc_bullet.clouds.cloud import Cloud
+    from spherefunc_bullet.places.place import Place, Similarity
     from spherefunc_bullet.simulator import Simulator
 
 Row = dict[str, Any]  # of one file, for JSON
@@ -23,7 +27,9 @@ HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in t
 
 def places(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", readable=False, help="Models or scans of objects.")],
-    put: Annotated[Path | None, typer.Option(metavar="OBJECT", help="An object for which poses are found.")] = None,
+    put: Annotated[
+        Path | None, typer.Option(metavar="OBJECT", help="An object, in metres, for which poses are found.")
+    ] = None,
     prove: Annotated[
         bool, typer.Option("--prove", help="Test the places by rigid bodies: sit down, put down, pour.")
     ] = False,
@@ -47,6 +53,8 @@ def places(
     if prove:
         require_ability(simulator, "prove")
     tall = ProofSettings(person=parse_length(person)).person
+    with warnings.catch_warnings(action="ignore"):  # which come with each file
+        read_put(put)  # one failure, not one for each file
     failures, how = Failures(), (put, prove, tall, up, units, seed)
     results = options.run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [
@@ -57,6 +65,18 @@ def places(
         draw([(file, found) for file, (found, _) in results], picture, page, up, units, tall)
     print_json(rows) if json else print_places(rows, units)
     failures.exit()
+
+
+def read_put(put: Path | None) -> tuple[Cloud, Similarity] | None:
+    """Return the object of ``--put``, see `cloud_and_frame`; it is in metres, whatever the unit of the others is."""
+    from spherefunc_bullet.places.finding import cloud_and_frame
+
+    if put is None:
+        return None
+    try:
+        return cloud_and_frame(put)
+    except InputError as error:
+        raise InputError("--put " + re.sub(' units="[a-z]+"', " it is read in metres", str(error))) from error
 
 
 def places_of_file(

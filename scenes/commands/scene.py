@@ -80,14 +80,14 @@ def scene(
         str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; needs a model trained that way.")
     ] = None,
     put: Annotated[
-        Path | None, typer.Option(metavar="OBJECT", help="An object to set down: adds poses at which it stands.")
+        Path | None,
+        typer.Option(metavar="OBJECT", help="An object, in metres, to set down: adds poses at which it stands."),
     ] = None,
     places: Annotated[bool, typer.Option("--places", help="Add places to sit, to put and to pour.")] = False,
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
-    from spherefunc_bullet.places.finding import cloud_and_frame
 
     from ..fusion.frames import open_frames
     from ..fusion.scene_fusion import SceneFusion
@@ -97,6 +97,7 @@ def scene(
     from ..recognition.recognition import recognise
     from ..report.files import room_json
     from ..segmentation.segmentation import Segmentation
+    from .places import read_put
     from .scene_frames import EVERY, print_used, require_outputs, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
@@ -120,7 +121,7 @@ def scene(
         require_outputs(out, place, stem, (model, intrinsics, color, poses, put))
     if frames is None:
         require_source(file, units, {"--intrinsics": intrinsics, "--color": color, "--depth-scale": depth_scale})
-    to_put = None if put is None else cloud_and_frame(put)
+    to_put = read_put(put)
     use = partial(places_in, put=to_put) if places or put is not None else lambda scan, room: None
     if frames is not None:
         source = open_frames(frames, poses=poses, intrinsics=intrinsics, depth_scale=depth_scale, report=say)

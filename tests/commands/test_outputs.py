@@ -178,6 +178,17 @@ def test_an_object_to_put_down_is_read_before_the_room(files):
     assert "missing.ply: expected a file" in refused("scene", "no_room.ply", "--put", "missing.ply")
 
 
+def test_an_object_that_cannot_be_put_down_is_one_failure_of_several_files(files):
+    assert "--put missing.ply: expected a file" in refused("places", files[0], files[0], "--put", "missing.ply")
+
+
+@pytest.mark.parametrize("command", ["places", "scene"])
+def test_an_object_to_put_down_in_millimetres_is_not_asked_for_the_others_unit(files, tmp_path, command):
+    np.savetxt(tmp_path / "stool_mm.xyz", 1000 * clouds.table().points)
+    said = refused(command, files[0], "--units", "mm", "--put", tmp_path / "stool_mm.xyz")
+    assert "in millimetres? it is read in metres" in said and "--units" not in said
+
+
 @pytest.mark.parametrize("command", ["classify", "simulate", "places"])
 def test_a_folder_of_packages_that_is_none(files, command):
     wrong = files[0].parent / "packages"
