@@ -48,7 +48,10 @@ def scene(
     up: Annotated[str, typer.Option(help="auto (by the floor), an axis (z, -y), or numbers x,y,z.")] = "auto",
     units: Units = "auto",
     intrinsics: Annotated[
-        Path | None, typer.Option(help="The depth camera as Open3D writes it (JSON); for depth images.")
+        Path | None,
+        typer.Option(
+            help="The depth camera: JSON as Open3D writes it, or a matrix of 3 x 3 numbers; for depth images."
+        ),
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
     depth_scale: Annotated[
@@ -201,12 +204,16 @@ def require_source(file: Path, units: str, images: dict[str, object]):
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
     """Return the scan of a point cloud's or a depth image's file."""
+    from ..fusion.frames import numbers_of
     from ..scans.depth_image import is_image_file, load_depth_image
     from ..scans.scan import load_scan
 
     if not is_image_file(file):
         return load_scan(file, units=units, report=say)
-    return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
+    camera = intrinsics
+    if intrinsics is not None and intrinsics.suffix.lower() != ".json":
+        camera = numbers_of(intrinsics, (3, 3), "a camera's JSON, as Open3D writes it, or its matrix of 3 x 3 numbers")
+    return load_depth_image(file, intrinsics=camera, color=color, depth_scale=depth_scale, report=say)
 
 
 def warm_up_recognition(classifier: FunctionModel):
