@@ -119,7 +119,7 @@ def scene(
     require_beside("--frames", frames is not None, alone, beside)
     if (place := frames or file) is None:
         raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
-    stem = place.stem if frames is None else place.resolve().name
+    stem = place.resolve().name if os.path.isdir(place) else place.stem  # a folder may be `.`, or run.1 beside run.2
     if out is not None:
         require_outputs(out, place, stem, (model, intrinsics, color, poses, put))
     if frames is None:

@@ -171,7 +171,7 @@ def print_objects(title: str, room: Room, rows: list[list[str]], first: str, *la
 
 def position_text(position: np.ndarray) -> str:
     """Return coordinates (3,), metres, as text."""
-    return " ".join(f"{coordinate:.2f}" for coordinate in position)
+    return " ".join(f"{round(float(coordinate), 2) + 0.0:.2f}" for coordinate in position)  # no -0.00
 
 
 def print_used(name: str, used: dict[int | None, list[Place]]):

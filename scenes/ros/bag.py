@@ -50,7 +50,7 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
         If the bag cannot be read, or has no such cloud; the message is one line and begins with the bag's name.
     """
     path = Path(path)
-    name = one_line(path.name)
+    name = one_line(path.resolve().name if path.name in ("", "..") else path.name)
     with opened(path, name) as reader:
         chosen = topic_of_clouds(reader.topics, topic, name)
         connections = [known for known in reader.connections if known.topic == chosen]

@@ -375,6 +375,16 @@ def test_scene_reads_a_bag(tmp_path, seen):
     assert "table" in members and "cup" in members
 
 
+def test_the_files_of_a_bag_have_the_name_of_its_folder(tmp_path, seen, monkeypatch):
+    """However the folder is given; what follows a point in it is no ending."""
+    path = write_bag(tmp_path / "run.1", "mcap", recorded_room(seen))
+    monkeypatch.chdir(path)
+    done = run(".", "--out", tmp_path / "found")
+    assert done.exit_code == 0 and "run.1: what objects are for" in done.stdout and "-0.00" not in done.stdout
+    names = {file.name for file in (tmp_path / "found").iterdir()}
+    assert names == {"run.1.json", "run.1_labelled.ply", "run.1.png", "run.1.html"}
+
+
 @pytest.mark.slow
 def test_options_of_bags_are_for_bags(tmp_path, bag):
     np.savetxt(tmp_path / "room.xyz", np.random.default_rng(0).random((500, 3)))
