@@ -14,10 +14,12 @@ import re
 import signal
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from numbers import Integral
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -141,6 +143,29 @@ def cell_text(cell: str | float) -> str:
     if isinstance(cell, str):
         return cell.replace("\n", " ")
     return f"{cell:d}" if isinstance(cell, Integral) else f"{cell:g}"
+
+
+def shown_names(files: Iterable[str | Path]) -> dict[str, str]:
+    """Return what each file is called in a table: its name, or its path if another file has the same name.
+
+    Examples
+    --------
+    >>> shown_names(["lamp/model.obj", "mug/model.obj", "mug/mug.ply"])
+    {'lamp/model.obj': 'lamp/model.obj', 'mug/model.obj': 'mug/model.obj', 'mug/mug.ply': 'mug.ply'}
+    """
+    paths = dict.fromkeys(map(str, files))
+    counts = Counter(Path(path).name for path in paths)
+    return {path: path if counts[Path(path).name] > 1 else Path(path).name for path in paths}
+
+
+def with_path(outcome: Any, file: str | Path) -> Any:
+    """Return an error of a file with the file's path in place of its name, any other outcome unchanged.
+
+    Libraries hold many files of one name, such as ``model.obj``.
+    """
+    if not isinstance(outcome, InputError) or not str(outcome).startswith(f"{(name := one_line(Path(file).name))}:"):
+        return outcome
+    return InputError(one_line(file) + str(outcome).removeprefix(name))
 
 
 def passed(

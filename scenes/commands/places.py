@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import Failures, print_json, print_table, show
+from spherefunc_bullet.console import Failures, print_json, print_table, show, shown_names
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length
 
@@ -119,10 +119,10 @@ def print_places(rows: Sequence[Row], units: str):
     """Print a line for every place of every object, without places of low score."""
     from spherefunc_bullet.places.place import Proof
 
-    table, unit = [], "" if units == "auto" else units
+    table, unit, shown = [], "" if units == "auto" else units, shown_names(row["file"] for row in rows)
     for row in rows:
         for number, place in enumerate(worth_showing(row["places"])):
-            start = Path(row["file"]).name if number == 0 else ""
+            start = shown[row["file"]] if number == 0 else ""
             proof = Proof(**place["proven"]) if place["proven"] else ""
             table.append([start, *place_columns(place, unit), str(proof)])
     lengths = "lengths as in the file" if units == "auto" else f"lengths in {unit}"
@@ -130,10 +130,10 @@ def print_places(rows: Sequence[Row], units: str):
     for row in rows:
         left = len(row["places"]) - len(worth_showing(row["places"]))
         if not row["places"]:
-            show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
+            show(f"{shown[row['file']]}: no place to sit, to put or to pour")
         elif left:
             which = "1 place" if left == 1 else f"{left} places"
-            show(f"{Path(row['file']).name}: not shown, {which} of functions that it does not have; --json has all")
+            show(f"{shown[row['file']]}: not shown, {which} of functions that it does not have; --json has all")
 
 
 def worth_showing(places: Sequence[Row]) -> list[Row]:

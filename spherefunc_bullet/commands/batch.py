@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer.core import TyperGroup
 
-from ..console import INTERRUPTED, Failures, as_options, print_json, print_table, progress, say, show
+from ..console import INTERRUPTED, Failures, as_options, print_json, print_table, progress, say, show, with_path
 from ..errors import InputError
 from . import options
 
@@ -110,7 +110,7 @@ def run_and_report(batch: Batch, json: bool, **how):
         for finished in progress(run_batch(batch, **how), len(batch.objects), doing):
             counts["failed" if finished.errors else "skipped" if finished.skipped else "done"] += 1
             for error in finished.errors:
-                failures.add(InputError(error))
+                failures.add(with_path(InputError(error), finished.name))
     except KeyboardInterrupt:
         interrupted = True
         say("spherefunc: stopped; finished objects are kept, and the same command continues")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, say
+from ..console import Failures, print_json, print_table, say, shown_names
 from ..errors import blaming
 from ..formats.units import format_length, parse_length, parse_numbers
 from . import options
@@ -104,9 +104,9 @@ def row_of(file: Path, result: CarryResult) -> Row:
 
 def print_shares(rows: Sequence[Row], angles: Sequence[float]):
     """Print a line for each object."""
-    table = []
+    table, shown = [], shown_names(row["file"] for row in rows)
     for row in rows:
-        name = Path(row["file"]).name
+        name = shown[row["file"]]
         options.say_notes(name, row["notes"])
         start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
         shares = [f"{step['share']:.2f}" for step in row["kept"]]

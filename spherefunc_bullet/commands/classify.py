@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, as_options, print_json, print_table, progress, say, show
+from ..console import Failures, as_options, print_json, print_table, progress, say, show, shown_names, with_path
 from ..errors import InputError, one_line
 from ..formats.units import format_length
 from .options import BY_FILE, Json, Model, PackagePath, Units, Up
@@ -82,7 +82,7 @@ def classify(
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
-        rows[index] = outcome
+        rows[index] = outcome = with_path(outcome, names[index])
         if isinstance(outcome, InputError):
             failures.add(outcome)
             rows[index] = {"file": str(names[index]), "error": as_options(one_line(outcome))}
@@ -150,11 +150,12 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
     """Print the functions and scores of each object, and how many files could not be classified."""
     from ..classification import WRONG_UP_AXIS
 
-    done = [row for row in rows if "error" not in row]
+    shown = shown_names(row["file"] for row in rows)
+    done = [row | {"shown": shown[row["file"]]} for row in rows if "error" not in row]
     print_table("What objects are for (scores; positive if > 0.5)", *table_of(done, functions))
     for row in [] if explain else done:
         if WRONG_UP_AXIS in row.get("reasons", ()):
-            show(f"{Path(row['file']).name}: {WRONG_UP_AXIS}")
+            show(f"{row['shown']}: {WRONG_UP_AXIS}")
     if len(done) < len(rows) > 1:
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified; see the errors above")
     for row in done if explain else []:
@@ -172,7 +173,7 @@ def table_of(rows: Sequence[Row], functions: Sequence[str]) -> tuple[list[str], 
     starts = []
     for row in rows:
         answer = ", ".join(members_of(row)) or "none"
-        starts.append([Path(row["file"]).name, answer + ", unsure" * row["unsure"]])
+        starts.append([row["shown"], answer + ", unsure" * row["unsure"]])
     scores = [[(about["score"], name) for name, about in row["functions"].items()] for row in rows]
     columns = ["file", "for", *functions]
     table = [start + [f"{score:.2f}" for score, _ in own] for start, own in zip(starts, scores, strict=True)]
@@ -197,7 +198,7 @@ def print_reasons(row: Row):
     if not row["reasons"]:
         return
     members = members_of(row)
-    show(f"\n{Path(row['file']).name}")
+    show(f"\n{row['shown']}")
     first, *others = row["reasons"]
     show(f"  {first}" if members else f"  likeliest: {first}")
     for reason in others:
@@ -218,7 +219,7 @@ def print_quantities(row: Row, name: str):
     from ..learning.profiles.words import table_cells
 
     table = [table_cells(decided) for decided in row["quantities"][name]]
-    title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"
+    title = f"\n{row['shown']}: why {name} {row['functions'][name]['score']:.2f}"
     print_table(title, ["quantity", "spheres", "here", "median learnt", "change without it"], table)
 
 
@@ -228,7 +229,7 @@ def print_neighbors(row: Row, name: str):
     for near in row["neighbors"][name]:
         start = [near["name"], format_length(near["radius"]), "yes" if near["member"] else "no"]
         table.append([*start, f"{near['distance']:.2f}", f"{near['weight']:.3f}"])
-    title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
+    title = f"\n{row['shown']}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
     print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, passed, say
+from ..console import Failures, passed, say, with_path
 from ..errors import InputError
 from ..formats.units import BY_FILE as BY_FILE
 from ..formats.units import format_length, parse_lengths, parse_mass
@@ -162,7 +162,8 @@ def run_on_files(
 
     tasks = [(file, simulator, *how) for file in files]
     outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
-    results = passed(outcomes, len(files), doing, failures.add)
+    located = ((index, with_path(outcome, files[index])) for index, outcome in outcomes)
+    results = passed(located, len(files), doing, failures.add)
     return [(files[index], result if drawn else (None, *result[1:])) for index, result in results]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, say
+from ..console import Failures, print_json, print_table, say, shown_names
 from ..errors import blaming
 from . import options
 
@@ -118,9 +118,9 @@ def pose_row(one: PoseFunctions) -> Row:
 
 def print_poses(rows: Sequence[Row], functions: Sequence[str]):
     """Print every pose of every object as a line."""
-    table = []
+    table, shown = [], shown_names(row["file"] for row in rows)
     for row in rows:
-        name = Path(row["file"]).name
+        name = shown[row["file"]]
         options.say_notes(name, row["notes"])
         if row["timed_out"]:
             say(f"{name}: {row['timed_out']} of {row['drops']} drops never came to rest")
@@ -151,7 +151,8 @@ def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: s
     if json:
         print_json(rows)
     else:
-        table = [[Path(row["file"]).name, *function_cells(row["functions"])] for row in rows]
+        shown = shown_names(row["file"] for row in rows)
+        table = [[shown[row["file"]], *function_cells(row["functions"])] for row in rows]
         title = "What objects are for in their best pose (`spherefunc poses` shows it)"
         print_table(title, ["file", "for", *classifier.functions_], table)
     failures.exit()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, progress, say
+from ..console import Failures, print_json, print_table, progress, say, shown_names, with_path
 from ..errors import InputError
 from ..formats.files import prepare_folder, unused_name, write_bytes
 from ..formats.units import format_length, parse_lengths
@@ -60,7 +60,7 @@ def simulate(
         except InputError as unsaved:
             error = unsaved
         if error is not None:
-            failures.add(error)
+            failures.add(with_path(error, files[index]))
     print_json(rows) if json else print_summaries(rows)
     failures.exit()
 
@@ -121,9 +121,9 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
 
 def print_summaries(rows: list[Summary]):
     """Print runs as a table."""
-    names = ("points", *COUNTS, "seconds")
+    names, shown = ("points", *COUNTS, "seconds"), shown_names(row["file"] for row in rows)
     table = []
     for row in rows:
-        table.append([Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)])
+        table.append([shown[row["file"]], format_length(row["radius"]), *(str(row[name]) for name in names)])
     if table:
         print_table(f"Spheres dropped by {rows[0]['backend']}", ["file", "radius", *names], table)

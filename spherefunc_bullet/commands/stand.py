@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, say
+from ..console import Failures, print_json, print_table, say, shown_names
 from ..errors import blaming
 from ..formats.units import format_length, format_mass, parse_length
 from . import options
@@ -105,13 +105,14 @@ def finite(value: float) -> float | None:
 
 def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
     """Print a line for each object."""
-    table = []
+    table, shown = [], shown_names(file for file, _ in results)
     for file, result in results:
-        options.say_notes(file.name, result.notes)
+        name = shown[str(file)]
+        options.say_notes(name, result.notes)
         tilt = f"{result.tilt_deg:.1f}°" if math.isfinite(result.tilt_deg) else ""
         margin = format_length(round(result.margin, 3)) if math.isfinite(result.margin) else "none"
         share = "" if result.share is None else f"{result.share:.2f}"
         cells = [tilt, format_mass(result.mass), margin, share, result.tipping_words]
-        table.append([file.name, str(result.stance), *cells])
+        table.append([name, str(result.stance), *cells])
     head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
     print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)

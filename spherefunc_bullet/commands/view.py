@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..console import Failures, passed, print_json, say
+from ..console import Failures, passed, print_json, say, shown_names, with_path
 from ..errors import InputError
 from ..formats.files import require_place, unused_name, write_text
 from ..formats.units import format_length, parse_lengths
@@ -156,7 +156,7 @@ def loaded_objects(
         try:
             cloud = load_cloud(file, up=up, units=units, report=say)
         except InputError as error:
-            failures.add(error)
+            failures.add(with_path(error, file))
         else:
             objects.append(ViewedObject(file, cloud, radii or (fitting_radius(RADII, cloud.size, SPHERES_ACROSS),)))
     return objects
@@ -210,10 +210,12 @@ def write_pages(
     together = out is not None and not out.is_dir()
     groups = [objects] if together and objects else [[viewed] for viewed in objects]
     written: list[Path] = []
+    shown = shown_names(viewed.file for viewed in objects)
     for group in groups:
         path = out if together else unused_name(out or Path(), group[0].file.stem, ".html", written)
-        title = ", ".join(viewed.file.name for viewed in group)
-        html = display_page(title, [part for viewed in group for part in object_parts(viewed, classifier)])
+        names = [shown[str(viewed.file)] for viewed in group]
+        each = zip(group, names, strict=True)
+        html = display_page(", ".join(names), [part for one in each for part in object_parts(*one, classifier)])
         try:
             written.append(write_text(path, html))
         except InputError as error:
@@ -231,7 +233,7 @@ def record(objects: Sequence[ViewedObject], path: Path, failures: Failures):
         failures.add(error)
 
 
-def object_parts(viewed: ViewedObject, classifier: CloudClassifier | None) -> list[str]:
+def object_parts(viewed: ViewedObject, title: str, classifier: CloudClassifier | None) -> list[str]:
     """Return the HTML of one object: its title, a display of each backend's runs, and the explanation if requested."""
     from html import escape
 
@@ -247,7 +249,7 @@ def object_parts(viewed: ViewedObject, classifier: CloudClassifier | None) -> li
     size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
     origin = "" if viewed.cloud.mesh is None else " sampled from a mesh"
     parts = [
-        f"<h1>{escape(viewed.file.name)}</h1>",
+        f"<h1>{escape(title)}</h1>",
         f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{origin}. "
         "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
         pictured(viewed.cloud, panels, panels),

@@ -190,7 +190,7 @@ def test_one_bad_urdf_costs_itself_alone(tmp_path, mesh):
     asked = ["classify", str(tmp_path / "a.urdf"), str(tmp_path / "good.ply"), "--json"]
     done = CliRunner().invoke(application("classify"), asked, catch_exceptions=False)
     bad, good = json.loads(done.stdout)
-    assert done.exit_code == 2 and bad["error"].startswith("a.urdf: ") and good["functions"]
+    assert done.exit_code == 2 and bad["error"].startswith(f"{tmp_path / 'a.urdf'}: ") and good["functions"]
     assert "\n" not in bad["error"] and len(bad["error"]) < 400
 
 
