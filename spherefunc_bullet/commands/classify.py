@@ -155,7 +155,7 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
     print_table("What objects are for (scores; positive if > 0.5)", *table_of(done, functions))
     for row in [] if explain else done:
         if WRONG_UP_AXIS in row.get("reasons", ()):
-            show(f"{row['shown']}: {WRONG_UP_AXIS}")
+            show(as_options(f"{row['shown']}: {WRONG_UP_AXIS}"))
     if len(done) < len(rows) > 1:
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified; see the errors above")
     for row in done if explain else []:
@@ -202,7 +202,7 @@ def print_reasons(row: Row):
     first, *others = row["reasons"]
     show(f"  {first}" if members else f"  likeliest: {first}")
     for reason in others:
-        show(f"  {reason}")
+        show(f"  {as_options(reason)}")
     if rejected := [f"{name} {about['score']:.2f}" for name, about in row["functions"].items() if not about["member"]]:
         show(f"  not {', '.join(rejected)}")
     near = [  # those with the same functions, or all if unsure
