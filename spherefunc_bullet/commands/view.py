@@ -227,8 +227,12 @@ def record(objects: Sequence[ViewedObject], path: Path, failures: Failures):
     """Write the drops on all objects for Rerun's viewer, and say where."""
     from ..viewer.recording import write_recording
 
+    names: list[Path] = []  # distinct: what has the name of another would be drawn over it
+    for viewed in objects:
+        names.append(unused_name(Path(), viewed.file.stem, "", names))
+    named = [(name.name, viewed.cloud, viewed.results) for name, viewed in zip(names, objects, strict=True)]
     try:
-        say(f"wrote {write_recording([(viewed.file.stem, viewed.cloud, viewed.results) for viewed in objects], path)}")
+        say(f"wrote {write_recording(named, path)}")
     except InputError as error:
         failures.add(error)
 
