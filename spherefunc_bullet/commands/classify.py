@@ -93,15 +93,19 @@ def classify(
 
 
 def listed_files(places: Sequence[Path]) -> Iterator[Path]:
-    """Yield files, those below folders that can be read, folders without any, and files named on stdin."""
+    """Yield files, those below folders that can be read, folders without any, and files named on stdin.
+
+    Links to files that are missing, as of git-annex, count as files, so that they are reported.
+    """
     from ..datasets.dataset import SUFFIXES, names_below
+    from ..formats.files import is_broken_link
 
     for place in places:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif os.path.isdir(place):
-            files = [path for path in names_below(place) if path.suffix.lower() in SUFFIXES and path.is_file()]
-            yield from files or [place]
+            files = [path for path in names_below(place) if path.suffix.lower() in SUFFIXES]
+            yield from [path for path in files if path.is_file() or is_broken_link(path)] or [place]
         else:
             yield place
 

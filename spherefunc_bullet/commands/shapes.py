@@ -132,6 +132,7 @@ def print_library(results: list[dict[str, Any]]):
 def objects_in(files: list[Path]) -> Iterator[Path]:
     """Yield files; of a data set those in its manifest, of other folders URDFs, else meshes, else the folder itself."""
     from ..datasets.dataset import SUFFIXES, names_below, open_dataset
+    from ..formats.files import is_broken_link
 
     for file in files:
         if not file.is_dir():
@@ -140,7 +141,7 @@ def objects_in(files: list[Path]) -> Iterator[Path]:
         if (file / "manifest.csv").is_file():
             yield from (item.path for item in open_dataset(file).objects)
             continue
-        inside = [path for path in names_below(file) if path.is_file()]
+        inside = [path for path in names_below(file) if path.is_file() or is_broken_link(path)]
         found = [path for path in inside if path.suffix.lower() == ".urdf"]
         yield from found or [path for path in inside if path.suffix.lower() in SUFFIXES] or [file]
 

@@ -59,6 +59,11 @@ def require_file(path: Path) -> None:
         raise InputError(f"{one_line(path)}: {limit}; simplify it")
 
 
+def is_broken_link(path: Path) -> bool:
+    """Return whether a path is a link to something that is missing, as git-annex leaves for files not fetched."""
+    return path.is_symlink() and not path.exists()
+
+
 def require_text_size(data: bytes) -> None:
     """Raise FormatError for more text than may be read."""
     if len(data) > MAX_TEXT_BYTES:
