@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 PACKAGE_PATH = "ROS_PACKAGE_PATH"  # environment variable: folders of packages, or packages
 SHAPES = frozenset({"mesh", "box", "cylinder", "sphere"})
 _MARK = "package.xml"  # every ROS package has this file
+_XACRO = re.compile(r"\{[^}]*xacro[^}]*\}(\w+)")  # tag of a macro, with its namespace; a declaration alone is common
 _LAYOUT = frozenset({"urdf", "robots", "xacro"})  # subfolders of a package without that file that hold URDF files,
 _MESHES = ("meshes", "mesh")  # and their meshes
 
@@ -98,6 +100,9 @@ def robot_of(tree: ElementTree.Element) -> yourdfpy.URDF:
     import yourdfpy
 
     logging.getLogger("yourdfpy").addHandler(logging.NullHandler())  # it warns of joints, which are all at zero
+    if macro := next(filter(None, (_XACRO.fullmatch(element.tag) for element in tree.iter())), None):
+        name = f"xacro:{macro[1][:80]}"
+        raise FormatError(f"expected a URDF, got macros ({name}) that are not expanded; expand it with xacro first")
     shapes = [[shape.tag for shape in geometry] for geometry in tree.iterfind("link/*/geometry")]
     if odd := next((tags[0] for tags in shapes if tags and SHAPES.isdisjoint(tags)), None):
         raise FormatError(f"expected meshes, boxes, cylinders and spheres, got a {odd[:80]}")
