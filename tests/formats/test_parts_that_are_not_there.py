@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+
+import numpy as np
 import pytest
 
 from spherefunc_bullet.errors import InputError
@@ -28,3 +31,25 @@ def test_a_urdf_that_was_expanded_may_still_name_the_language(tmp_path):
     path = tmp_path / "table.urdf"
     path.write_text(f'<robot name="table" {XACRO}><!-- <xacro:leg/> -->{BOX.format("top")}</robot>')
     assert len(read_geometry(path).faces) == 12
+
+
+@pytest.mark.parametrize("present", [1.0, 0.5])
+def test_a_buffer_that_was_cut_off_is_named(tmp_path, present):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32).tobytes()
+    (tmp_path / "part.bin").write_bytes(corners[: int(present * len(corners))])
+    accessor = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 0, 1]}
+    tree = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [accessor],
+        "bufferViews": [{"buffer": 0, "byteLength": len(corners)}],
+        "buffers": [{"uri": "part.bin", "byteLength": len(corners)}],
+    }
+    (tmp_path / "triangle.gltf").write_text(json.dumps(tree))
+    if present == 1.0:
+        assert len(read_geometry(tmp_path / "triangle.gltf").faces) == 1
+    else:
+        assert "expected 36 bytes in 'part.bin', got 18" in refused(tmp_path / "triangle.gltf")

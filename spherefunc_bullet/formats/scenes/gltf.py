@@ -79,8 +79,12 @@ def named_sources(source: Source) -> dict[str, Source]:
 
 def read_gltf(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
-    data = source.data
-    _require_sizes(_parse_tree(data))
+    data, tree = source.data, _parse_tree(source.data)
+    _require_sizes(tree)
+    for buffer in tree.get("buffers", []):
+        if (named := source.named.get(buffer.get("uri", ""))) and len(named.data) < buffer["byteLength"]:
+            sizes = f"{buffer['byteLength']:,} bytes in {buffer['uri'][:80]!r}, got {len(named.data):,}"
+            raise FormatError(f"expected {sizes}; is its download cut off?")
     file_type = "glb" if data.startswith(b"glTF") else "gltf"
     buffers = {uri: buffer.data for uri, buffer in source.named.items()}
     scene = scene_of(data, file_type, resolver=buffers, skip_materials=True)
