@@ -53,3 +53,15 @@ def test_a_buffer_that_was_cut_off_is_named(tmp_path, present):
         assert len(read_geometry(tmp_path / "triangle.gltf").faces) == 1
     else:
         assert "expected 36 bytes in 'part.bin', got 18" in refused(tmp_path / "triangle.gltf")
+
+
+@pytest.mark.parametrize(("scale", "extent"), [("2", [1.0, 1.0, 1.0]), ("2 1 -1", [1.0, 0.5, 0.5]), ("2 1", None)])
+def test_the_scale_of_a_mesh_has_one_factor_or_three(tmp_path, scale, extent):
+    corners = [(x, y, z) for x in (0, 0.5) for y in (0, 0.5) for z in (0, 0.5)]
+    (tmp_path / "box.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 4 3\nf 5 6 8 7\n")
+    mesh = f'<visual><geometry><mesh filename="box.obj" scale="{scale}"/></geometry></visual>'
+    (tmp_path / "box.urdf").write_text(f'<robot name="box"><link name="box">{mesh}</link></robot>')
+    if extent is None:
+        assert "expected one or three factors as the scale of a mesh, got 2" in refused(tmp_path / "box.urdf")
+    else:
+        assert np.ptp(read_geometry(tmp_path / "box.urdf").vertices, axis=0).tolist() == extent

@@ -51,7 +51,10 @@ def turned_over(faces: np.ndarray, transform: np.ndarray) -> np.ndarray:
 
 def scaled(part: Part, scale: Any) -> Part:
     """Return a part scaled along its axes by one factor, by three, or, if ``scale`` is None, not at all."""
-    factors = np.broadcast_to(1.0 if scale is None else np.asarray(scale, dtype=np.float64), 3)
+    factors = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64)
+    if factors.size not in (1, 3):
+        raise FormatError(f"expected one or three factors as the scale of a mesh, got {factors.size}")
+    factors = np.broadcast_to(factors, 3)
     return part[0] * factors, turned_over(part[1], np.diag(factors))
 
 
