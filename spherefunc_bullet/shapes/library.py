@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..console import say
+from ..console import say, with_path
 from ..errors import InputError, one_line
 from ..formats.files import require_not_folder, write_bytes
 from ..formats.sources import as_source
@@ -132,7 +132,7 @@ def library_results(
         tasks = run_tasks(kept_result, each, files, jobs=jobs, isolate=True, time_limit=TIME)
     for index, outcome in tasks:
         failed = isinstance(outcome, InputError)
-        yield {"file": str(files[index]), "error": one_line(outcome)} if failed else outcome
+        yield {"file": str(files[index]), "error": one_line(with_path(outcome, files[index]))} if failed else outcome
 
 
 def loses(result: Result, name: str) -> bool | None:

@@ -46,6 +46,12 @@ def test_a_batch_names_the_object_that_failed(library, tmp_path_factory):
     assert "spherefunc: damaged/model.obj: expected finite vertices" in done.stderr
 
 
+def test_shapes_names_the_object_that_failed(library):
+    done = spherefunc("shapes", "damaged", "--json")
+    assert "spherefunc: damaged/model.obj: expected finite vertices" in done.stderr
+    assert '"error": "damaged/model.obj: expected finite vertices' in done.stdout
+
+
 def test_an_error_about_something_else_is_unchanged():
     error = InputError("mesh.stl: expected finite vertices")
     assert with_path(error, "robots/mug.urdf") is error
