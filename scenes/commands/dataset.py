@@ -272,10 +272,14 @@ def _extents(path: Path) -> list[float]:
     import numpy as np
 
     from spherefunc_bullet.clouds.orientation import promised_up
+    from spherefunc_bullet.errors import InputError
     from spherefunc_bullet.formats.sources import read_geometry
 
     geometry = read_geometry(path)
     points = geometry.vertices[np.unique(geometry.faces)] if len(geometry.faces) else geometry.vertices
+    points = points[np.isfinite(points).all(axis=1)]  # a cloud may hold NaN where the sensor measured nothing
+    if not len(points):
+        raise InputError(f"{path}: expected points, got none that are finite; did the sensor measure nothing?")
     x, y, z = np.ptp(points, axis=0).tolist()
     return [x, z, y] if promised_up(path) == "y" else [x, y, z]
 
