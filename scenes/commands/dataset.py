@@ -163,12 +163,14 @@ def select(
     dataset, failures = open_dataset(data), Failures()
     _require_other_folder(dataset, data, directory)
     objects = [item for item in dataset.objects if not permissive or is_permissive(item.license)]
+    if not objects:
+        raise InputError(f"{data}: expected objects with a licence such as CC-BY, got none among {len(dataset)}")
     sized = [item for item, size in _measured(objects, failures) if lower <= max(size) <= upper]
     chosen = [item for item in sized if _is_one_file(item.path, failures)]
     if not chosen:
-        limits = (("from", least), ("up to", up_to))
-        wanted = " ".join(f"{word} {length}" for word, length in limits if length)
-        raise InputError(f"{data}: expected objects {wanted} in extent, got none among {len(objects)}")
+        limits = " ".join(f"{word} {length}" for word, length in (("from", least), ("up to", up_to)) if length)
+        wanted = f"objects {limits} in extent" if limits else "objects that can be copied"
+        raise InputError(f"{data}: expected {wanted}, got none among {len(objects)}")
     prepare_folder(directory)
     # A manifest cannot hold every name of a file.
     names, rows = [f"{number:04d}_{one_line(item.path.name)}" for number, item in enumerate(chosen)], []

@@ -27,3 +27,14 @@ def test_points_that_were_not_measured_do_not_count(scans):
 def test_scans_are_selected_by_the_points_that_were_measured(scans, tmp_path):
     done = spherefunc("dataset", "select", scans, tmp_path / "small", "--up-to", "50cm", "--json")
     assert json.loads(done.stdout)["objects"] == 1
+
+
+def test_it_is_said_that_no_licence_permits_it(scans, tmp_path):
+    done = spherefunc("dataset", "select", scans, tmp_path / "free", "--permissive")
+    assert done.returncode == 2 and "expected objects with a licence such as CC-BY, got none among 2" in done.stderr
+
+
+def test_it_is_said_that_nothing_can_be_copied(scans, tmp_path):
+    (scans / "cup" / "mug.npy").unlink()
+    done = spherefunc("dataset", "select", scans, tmp_path / "all")
+    assert done.returncode == 2 and "expected objects that can be copied, got none among 1" in done.stderr
