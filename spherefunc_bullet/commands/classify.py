@@ -66,6 +66,8 @@ def classify(
 
     if any_pose and (explain or table is not None):
         raise InputError("--any-pose: expected without --csv and --explain, which answer for one pose")
+    if any_pose and up != BY_FILE:
+        raise InputError(f"--up {up}: expected without --any-pose, which tries every pose")
     models = models_for(model, backend, function)
     functions = models[0][0].functions_
     names, failures = list(listed_files(files)), Failures()
@@ -76,7 +78,7 @@ def classify(
 
         if len(models) > 1:
             raise InputError(f"--backend {backend}: expected one with --any-pose")
-        return classify_any_pose(names, models[0][0], units, json)
+        return classify_any_pose(names, models[0][0], units, json, jobs)
     how = (models, LoadOptions(up=up, units=units), json or explain, explain)
     isolate = any(isolated(make_simulator(chosen.simulator)) for chosen, _ in models)
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -145,8 +146,9 @@ def run_on_files(
     doing: str,
     failures: Failures,
     drawn: bool = True,
+    jobs: int = 1,
 ) -> list[tuple[Path, Any]]:
-    """Return each file with the result of the function; a file that fails is reported and left out.
+    """Return each file with the result of the function, in their order; a file that fails is reported and left out.
 
     Parameters
     ----------
@@ -161,10 +163,11 @@ def run_on_files(
     from ..simulator import isolated
 
     tasks = [(file, simulator, *how) for file in files]
-    outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
+    outcomes = run_tasks(function, tasks, files, jobs=jobs, isolate=isolated(simulator))
     located = ((index, with_path(outcome, files[index])) for index, outcome in outcomes)
     results = passed(located, len(files), doing, failures.add)
-    return [(files[index], result if drawn else (None, *result[1:])) for index, result in results]
+    kept = [(index, result if drawn else (None, *result[1:])) for index, result in results]
+    return [(files[index], result) for index, result in sorted(kept, key=itemgetter(0))]
 
 
 def say_notes(name: str, notes: Iterable[str]):

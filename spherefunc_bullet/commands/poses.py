@@ -138,13 +138,14 @@ def function_cells(answers: Row) -> list[str]:
     return [", ".join(members) or "none", *(f"{about['score']:.2f}" for about in answers.values())]
 
 
-def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
+def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool, jobs: int = 1):
     """Print the best pose of each object for each function; bullet finds poses by drops, others by statics."""
     from ..simulator.mechanics import PoseSettings, require_ability
 
     simulator = require_ability(classifier.simulator, "poses")
     failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
-    for file, posed in options.run_on_files(posed_file, files, simulator, how, "classifying", failures, False):
+    posed_files = options.run_on_files(posed_file, files, simulator, how, "classifying", failures, False, jobs)
+    for file, posed in posed_files:
         _, result, answers, seconds = posed
         row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})
