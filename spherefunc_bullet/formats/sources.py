@@ -228,7 +228,7 @@ def read_geometry(file: str | Path | Source) -> Geometry:
         If the file does not exist, is damaged or too large, or is not of the format of its ending.
     """
     source = as_source(file)
-    if source.kind not in READERS and not os.path.isdir(source.path):
+    if source.kind not in READERS and os.path.exists(source.path) and not os.path.isdir(source.path):
         endings, name = ", ".join(READERS), one_line(source.path)
         raise InputError(f"{name}: expected one of {endings}, got '{source.path.suffix}'; convert it")
     source.data  # noqa: B018 - a missing file is reported before a missing reader
