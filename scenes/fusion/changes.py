@@ -120,8 +120,8 @@ def renewed(room: Room, part: Room, region: Region, labels: np.ndarray) -> tuple
         *chosen(room.proposals, ~in_region(room.proposals, region)),
         *chosen(part.proposals, in_region(part.proposals, region)),
     ]
-    inferred = [replace(one, table=int(old[one.table])) for one in room.inferred if stays[one.table]]
-    inferred += [replace(one, table=int(new[one.table])) for one in part.inferred if enters[one.table]]
+    inferred = [one.at(int(old[one.table])) for one in room.inferred if stays[one.table]]
+    inferred += [one.at(int(new[one.table])) for one in part.inferred if enters[one.table]]
     return replace(
         room,
         labels=np.where((region.in_core & (kept < 0)) | (found >= 0), found, kept),

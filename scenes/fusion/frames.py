@@ -140,7 +140,7 @@ def timed_images(folder: Path) -> dict[float, Path]:
 def images_in(folder: Path) -> list[Path]:
     """Return the depth images of a folder or of ``depth/`` in it, in the order of their names."""
     for place in (folder, folder / "depth"):
-        paths = sorted(place.glob("*.png"), key=counting)
+        paths = sorted((path for path in place.glob("*.png") if not path.name.startswith(".")), key=counting)
         depths = [path for path in paths if path.name.endswith(_DEPTH_PNG)]
         if paths:
             return depths or paths

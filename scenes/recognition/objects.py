@@ -105,15 +105,10 @@ def find_objects(
         If the scan or the model cannot be used.
     """
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
-    is_image = is_depth_image(scan, intrinsics)
     came = "a scan without intrinsics" if intrinsics is None else one_line(scan)
-    require_depth_image(is_image, came, {"intrinsics=": intrinsics, "color=": color, "depth_scale=": depth_scale})
-    if is_image:
-        given = (scan, intrinsics, color)
-        image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
-        whole = load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
-    else:
-        whole = as_scan(scan, units)
+    given = {"intrinsics=": intrinsics, "color=": color, "depth_scale=": depth_scale}
+    require_depth_image(is_depth_image(scan, intrinsics), came, given)
+    whole = scan_or_image(scan, units, intrinsics, color, depth_scale)
     room = recognise(whole, inference_model(shipped, backend), up=up, settings=settings)
     places = cache(partial(room_places, whole, room))
     found = [found_object(item, room, whole, lambda own=item.id: places().get(own, ())) for item in room.objects]
@@ -131,6 +126,21 @@ def is_depth_image(anything: Anything, intrinsics: object) -> bool:
     if isinstance(anything, str | Path):
         return is_image_file(Path(anything).expanduser())
     return intrinsics is not None
+
+
+def scan_or_image(
+    anything: Anything,
+    units: str,
+    intrinsics: str | Path | Intrinsics | ArrayLike | None = None,
+    color: str | Path | None = None,
+    depth_scale: float | None = None,
+) -> Scan:
+    """Return a scan, also that of a depth image; see `find_objects`."""
+    if not is_depth_image(anything, intrinsics):
+        return as_scan(anything, units)
+    given = (anything, intrinsics, color)
+    image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
+    return load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
 
 
 def as_scan(anything: Anything, units: str = "auto") -> Scan:
@@ -185,7 +195,7 @@ def find_places(
     *,
     backend: str | None = None,
     scores: Mapping[str, float] | None = None,
-    units: str = "m",
+    units: str | None = None,
     up: str | ArrayLike = BY_FILE,
     seed: int = 0,
     scan: bool = False,
@@ -209,7 +219,7 @@ def find_places(
     scores : mapping, optional
         Of each function, as `classify` returns them; by default those of the model that ships.
     units, up
-        See `classify`; of a scan, ``up`` is as in `find_objects`.
+        See `classify`, in metres by default; of a scan, both are as in `find_objects`.
     seed : int
         Of the stream that is poured.
     scan : bool
@@ -232,9 +242,9 @@ def find_places(
     if scan and scores is not None:
         raise InputError("scores=: expected of one object, got scan=True, of several")
     if scan:
-        return places_in_scan(anything, put, prove, person, units, up)
+        return places_in_scan(anything, put, prove, person, units or "auto", up)
     prover = require_ability(make_simulator(backend or PROVER), "prove") if prove else None
-    cloud, to_input = cloud_and_frame(anything, units=units, up=up)
+    cloud, to_input = cloud_and_frame(anything, units=units or "m", up=up)
     put_cloud, own_frame = (None, None) if put is None else cloud_and_frame(put)
     known = scores_of(cloud) if scores is None else scores
     found = places_of(cloud, put=put_cloud, scores=known, person=person)
@@ -248,7 +258,7 @@ def places_in_scan(
     anything: Anything, put: Anything | None, prove: bool, person: float, units: str, up: str | ArrayLike
 ) -> list[Place]:
     """Return all places of a scan, the best first."""
-    whole, to_put = as_scan(anything, units), None if put is None else cloud_and_frame(put)
+    whole, to_put = scan_or_image(anything, units), None if put is None else cloud_and_frame(put)
     if prove:
         raise InputError(f"{whole.name}: expected one object to prove places of, got a scan of several")
     upward = "auto" if isinstance(up, str) and up == BY_FILE else up

@@ -201,6 +201,10 @@ class InferredObject:
     table: int  # the object whose edge it stands at
     reason: str
 
+    def at(self, table: int) -> InferredObject:
+        """Return it with another number of its table."""
+        return replace(self, table=table, reason=self.reason.replace(f"table {self.table};", f"table {table};"))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Room:

@@ -191,7 +191,10 @@ def read_depth(path: Path) -> np.ndarray:
 
     name = one_line(path.name)
     require_file(path)
-    with explaining(f"{name}: expected a depth image, could not read it; is it damaged?", *_DAMAGE):
+    with (
+        explaining(f"{name}: expected a depth image, could not read it; is it damaged?", *_DAMAGE),
+        explaining(f"{name}: cannot be read: Permission denied; check its permissions", PermissionError),
+    ):
         if path.suffix.lower() == ".npy":
             depth = np.load(path, allow_pickle=False)
         else:

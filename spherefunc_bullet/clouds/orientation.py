@@ -18,6 +18,8 @@ UNITS = (*METRES, "auto")
 MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: outside this range the unit must be wrong
 ODD_EXTENTS = (0.02, 20.0)  # metres: outside this range the unit may be wrong
 _Y_UP = (".glb", ".gltf")  # by their standard
+_STATED_UP = (".dae", ".usd", ".usda", ".usdc", ".usdz")  # files that state their axis and unit, which readers follow
+_STATED_UNIT = (*_STATED_UP, ".3mf")
 STRAY, ALONE = 0.02, 100.0  # share of points at each end that may be stray, and by what factor they widen the object
 LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
 _TRIED_UNITS = ("m", "mm", "cm", "in")  # the first that is likely wins
@@ -98,14 +100,18 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
     report : callable
         Receives one line of text.
     """
-    name, promised = one_line(path.name), promised_up(path)
-    if up == "auto":
+    name, promised, stated = one_line(path.name), promised_up(path), path.suffix.lower() in _STATED_UP
+    if up == "auto" and stated:
+        up = "z"
+    elif up == "auto":
         up, reason = (promised, "glTF files are by their standard") if promised == "y" else likely_up(geometry)
         report(f"{name}: took {up} to be up, because {reason}; up= says otherwise")
     elif up == BY_FILE:
         up = promised
     elif promised == "y" and up == "z":
         report(f'{name}: taken as z up, but glTF files are y up by their standard; up="y" may be meant')
+    elif stated and up != "z":
+        report(f'{name}: turned by up="{up}" in addition to the axis that the file states, which was followed')
     return turned_up(geometry.vertices, up)
 
 
@@ -132,7 +138,12 @@ def to_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
     points : (N, 3) float64, in ``units``
     units : {"m", "cm", "mm", "in", "auto"}
     """
-    if units == "auto":
+    stated = name.lower().endswith(_STATED_UNIT)
+    if stated and units not in ("m", "auto"):
+        report(f'{name}: scaled by units="{units}" in addition to the unit that the file states, which was followed')
+    if units == "auto" and stated:
+        units = "m"
+    elif units == "auto":
         extent = float(np.ptp(points, axis=0).max())
         units = likely_unit(extent)
         size = _rounded(extent * METRES[units])

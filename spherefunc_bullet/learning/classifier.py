@@ -31,9 +31,11 @@ class BackendAlias(TypedDict, total=False):
     backend: str | Simulator  # the same as ``simulator``
 
 
-def simulator_argument(simulator: str | Simulator, *, backend: str | Simulator | None = None) -> str | Simulator:
-    """Return the simulator that was given as ``simulator`` or as ``backend``."""
-    return simulator if backend is None else backend
+def simulator_argument(owner: object, simulator: str | Simulator, alias: BackendAlias) -> str | Simulator:
+    """Return the simulator that an object of this package was given as ``simulator`` or as ``backend``."""
+    if odd := set(alias) - {"backend"}:
+        raise TypeError(f"{type(owner).__name__}() got an unexpected keyword argument {min(odd)!r}")
+    return simulator if alias.get("backend") is None else alias["backend"]
 
 
 class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):

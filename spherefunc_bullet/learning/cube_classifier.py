@@ -67,7 +67,7 @@ class CubeClassifier(CloudClassifier):
         cache: bool = True,
         **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_argument(simulator, **alias)
+        self.simulator = simulator_argument(self, simulator, alias)
         self.radii = radii
         self.method = method
         self.seed = seed
@@ -257,4 +257,6 @@ def fill_cubes(model: CubeClassifier, about: dict[str, Any], arrays: dict[str, n
         parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
         matrix = sparse.csr_matrix(parts, shape=(len(arrays["names"]), len(histogram.keys_) + 1))
         matrix.check_format(full_check=True)
+        if not np.isfinite(matrix.data).all():
+            raise ValueError("examples that are not finite")
         model.histograms_[radius], model.examples_[radius] = histogram, matrix

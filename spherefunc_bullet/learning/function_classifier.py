@@ -101,7 +101,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         cache: bool = True,
         **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_argument(simulator, **alias)
+        self.simulator = simulator_argument(self, simulator, alias)
         self.radii = radii
         self.drops = drops
         self.early_drops = early_drops

@@ -191,7 +191,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         cache: bool = True,
         **alias: Unpack[BackendAlias],
     ):
-        self.simulator = simulator_argument(simulator, **alias)
+        self.simulator = simulator_argument(self, simulator, alias)
         self.radius = radius
         self.seed = seed
         self.diameters = diameters

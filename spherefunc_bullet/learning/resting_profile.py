@@ -41,7 +41,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         **alias: Unpack[BackendAlias],
     ):
         self.radius = radius
-        self.simulator = simulator_argument(simulator, **alias)
+        self.simulator = simulator_argument(self, simulator, alias)
         self.drops = drops
         self.seed = seed
         self.cache = cache

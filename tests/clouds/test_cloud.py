@@ -157,6 +157,18 @@ def test_gltf_is_y_up_and_remarked_on_when_told_otherwise(save):
     assert "standard" in lines[0] and 'up="y"' in lines[1]
 
 
+@pytest.mark.parametrize("ending", ["dae", "usda", "3mf"])
+def test_what_a_file_states_of_its_frame_is_not_guessed_and_remarked_on_when_told_otherwise(save, ending):
+    vertices, faces = stool()
+    vertices = vertices[:, [0, 2, 1]] * [1, 1, -1]  # a guess would turn it
+    path, lines = save(f"stool.{ending}", mesh_bytes(ending, vertices * 4, faces)), []
+    load_cloud(path, up="z" if ending == "3mf" else "auto", units="auto", report=lines.append)
+    assert [line for line in lines if "took" in line] == []
+    load_cloud(path, up="y", units="cm", report=lines.append)
+    said = [line for line in lines if "in addition to" in line]
+    assert [ending != "3mf", True] == [any(word in line for line in said) for word in ('up="y"', 'units="cm"')]
+
+
 def test_what_a_sensor_did_not_see_is_dropped_and_counted(save):
     points = np.random.default_rng(1).uniform(size=(30, 3))
     points[::3] = np.nan

@@ -257,6 +257,21 @@ def test_numbers_that_are_nan_are_refused(tmp_path, name):
         load_model(tmp_path / "nan.npz")
 
 
+def test_examples_that_are_nan_are_refused(saved):
+    with np.load(saved) as file:
+        arrays = dict(file)
+    np.savez(saved, **arrays | {"data_0": np.full_like(arrays["data_0"], np.nan)})
+    with pytest.raises(InputError, match="damaged"):
+        load_model(saved).score_settled(collection(1)[0])
+
+
+def test_roots_of_trees_that_are_no_list_are_refused(tmp_path):
+    with np.load(shipped_model()) as file:
+        arrays = dict(file)
+    np.savez(tmp_path / "roots.npz", **arrays | {"roots_0": arrays["roots_0"][:, None]})
+    check_refused(tmp_path / "roots.npz", "expected trees")
+
+
 def test_about_without_a_field_is_refused(saved):
     with np.load(saved) as file:
         arrays = dict(file)

@@ -92,6 +92,8 @@ def assert_the_place_is_below_the_table(scan: Scan, room: Room):
     found = find_places(scan, scan=True)
     assert place.as_json() in [one.as_json() for one in found] and found[0].kind == "put"
     assert find_places(scan, scan=True, up=[0, 0, 9.81])[0].kind == "put"
+    in_mm = find_places(scan.points * 1000, scan=True)  # the unit of a scan is guessed, as by `find_objects`
+    assert [one.kind for one in in_mm] == [one.kind for one in found]
     with pytest.raises(InputError, match="table: expected one object"):
         find_places(scan, scan=True, prove=True)
     board = scan_from_points(np.vstack([scan.points, sheet([0.1, 0.05, 0.5], [0.4, 0, 0], [0, 0.3, 0])]), "table")

@@ -262,15 +262,6 @@ def test_command_goes_on_after_a_file_that_cannot_be_used(tmp_path, capsys):
     assert len(lines) == 1 and "huge.ply" in lines[0]
 
 
-def test_no_axis_is_said_to_be_up_since_all_are_tried(tmp_path):
-    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "brick.glb")
-    from typer.testing import CliRunner
-
-    for words in (["poses"], ["classify", "--any-pose"]):
-        done = CliRunner().invoke(application(), [*words, str(tmp_path / "brick.glb"), "--backend", "fast"])
-        assert done.exit_code == 0 and " up" not in done.stderr
-
-
 @pytest.mark.slow
 def test_a_crash_costs_one_object_and_not_the_run(tmp_path):
     from spherefunc_bullet.commands.poses import posed_file

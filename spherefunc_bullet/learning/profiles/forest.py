@@ -68,6 +68,7 @@ class Forest:
         lengths = {len(values) for values in (self.feature, self.threshold, self.below, self.vote)}
         whole = (
             lengths == {count}
+            and self.roots.ndim == 1
             and len(self.roots) > 0
             and ((self.roots >= 0) & (self.roots < count)).all()
             and ((self.feature >= LEAF) & (self.feature < quantities)).all()
