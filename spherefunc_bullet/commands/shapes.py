@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +13,9 @@ from ..console import Failures, print_json, print_table, progress, show
 from ..errors import InputError
 from ..formats.units import parse_numbers
 from .options import BY_FILE, Jobs, Json, PackagePath, Units, Up, require_beside
+
+if TYPE_CHECKING:
+    from ..shapes.library import LibraryOptions
 
 COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
 COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_closed", "keeps", "verdict"]
@@ -71,17 +75,18 @@ def shapes(
         raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
     thresholds = parse_numbers("--coacd", coacd, "numbers, such as 0.05,0.2") if coacd else ()
+    chosen = list(objects_in(files))
     options = LibraryOptions(
         collision=collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up,
-        best=form if best else None, still=still, out=out, picture=report is not None,
+        best=form if best else None, still=still, out=out, root=folder_kept_below(chosen), picture=report is not None,
     )  # fmt: skip
-    chosen, failures, results = list(objects_in(files)), Failures(), []
+    failures, results = Failures(), []
     prepare_folder(report)
     if table is not None:
         prepare_folder(table.parent)
         require_place(table, [*chosen, *([collision] if collision else [])])
     if best:
-        require_other_folder(chosen, out)
+        require_apart(chosen, options)
     cache = None if report is None else report / "objects"
     for result in progress(library_results(chosen, options, jobs, cache), len(chosen), "comparing"):
         if "error" in result:
@@ -104,12 +109,22 @@ def shapes(
     failures.exit()
 
 
-def require_other_folder(files: list[Path], out: Path):
+def folder_kept_below(files: Sequence[Path]) -> Path | None:
+    """Return the folder that holds all files, absolute, if some have the same name; None if all differ."""
+    if len({file.stem for file in files}) == len(files):
+        return None
+    return Path(os.path.commonpath([file.absolute().parent for file in files]))
+
+
+def require_apart(files: Sequence[Path], options: LibraryOptions):
     """Raise InputError if the best shapes would overwrite each other or an input file."""
-    if len({file.stem for file in files}) < len(files):
-        raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
-    for file in files:
-        if file.resolve().parent == out.resolve():
+    targets = [options.best_file(file) for file in files]
+    if len(set(targets)) < len(files):
+        raise InputError(
+            f"--best: expected files of different names in a folder, since each names one of {options.out}"
+        )
+    for file, target in zip(files, targets, strict=True):
+        if file.resolve().parent == target.parent.resolve():
             raise InputError(f"--best: expected --out of another folder than that of {file}, which it might overwrite")
 
 

@@ -50,7 +50,13 @@ class LibraryOptions:
     best: str | None = None  # the format in which the best shape is written
     still: bool = False
     out: Path = Path(".")
+    root: Path | None = None  # absolute; the best shapes keep their objects' folders below it; None: they keep none
     picture: bool = False
+
+    def best_file(self, file: Path) -> Path:
+        """Return the file to which the best shape of an object is written."""
+        name = Path(file.stem) if self.root is None else file.absolute().relative_to(self.root).with_suffix("")
+        return self.out / name.parent / f"{name.name}{SUFFIX[self.best]}"
 
     def key(self, file: Path) -> str:
         """Return the name of the cached result for a file, from the content of all that is read."""
@@ -96,7 +102,7 @@ def written(compared: Shapes, file: Path, options: LibraryOptions) -> Result:
     shape = compared.best_for(options.still)
     if not shape.row.keeps:
         say(f"{file.name}: none that was tried keeps everything; written is the one that keeps most")
-    place = shape.write(options.out / f"{file.stem}{SUFFIX[options.best]}", options.best)
+    place = shape.write(options.best_file(file), options.best)
     return {"file": str(place)} | as_row(shape.row)
 
 

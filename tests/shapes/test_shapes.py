@@ -128,15 +128,23 @@ def test_the_best_is_written_where_its_file_has_it(tmp_path):
 
 
 def test_the_best_is_never_written_among_the_files_that_are_asked_about(tmp_path):
-    from spherefunc_bullet.commands.shapes import require_other_folder
+    from spherefunc_bullet.commands.shapes import folder_kept_below, require_apart
+    from spherefunc_bullet.shapes.library import LibraryOptions
 
-    files = [tmp_path / "mugs" / "mug.urdf", tmp_path / "cups" / "cup.obj"]
-    require_other_folder(files, tmp_path / "out")
-    for out in (tmp_path / "mugs", tmp_path / "out" / ".." / "cups"):
+    def places(files, out):
+        options = LibraryOptions(best="urdf", out=out, root=folder_kept_below(files))
+        require_apart(files, options)
+        return [options.best_file(file) for file in files]
+
+    files, out = [tmp_path / "mugs" / "mug.obj", tmp_path / "cups" / "cup.obj"], tmp_path / "out"
+    assert places(files, out) == [out / "mug.urdf", out / "cup.urdf"]
+    alike = [*files, tmp_path / "cups" / "mug.obj"]  # as in libraries of folders with a model.obj each
+    assert places(alike, out) == [out / "mugs" / "mug.urdf", out / "cups" / "cup.urdf", out / "cups" / "mug.urdf"]
+    for some, refused in ((files, tmp_path / "mugs"), (files, out / ".." / "cups"), (alike, tmp_path)):
         with pytest.raises(InputError, match="expected --out of another folder"):
-            require_other_folder(files, out)
+            places(some, refused)
     with pytest.raises(InputError, match="files of different names"):
-        require_other_folder([*files, tmp_path / "mug.stl"], tmp_path / "out")
+        places([*files, tmp_path / "mugs" / "mug.stl"], out)
 
 
 @pytest.mark.parametrize("option", [["--out", "x"], ["--format", "sdf"], ["--static"]])
