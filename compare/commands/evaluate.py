@@ -26,8 +26,10 @@ def evaluate(
         typer.Argument(metavar="DATA...", help="Folders with manifest.csv, or catalogues; several with --test."),
     ],
     test: Annotated[str | None, typer.Option(help="Train on all of DATA and test on this data set.")] = None,
-    trials: Annotated[int, typer.Option(min=1, help="Number of random equal splits.")] = 10,
-    train_sizes: Annotated[str, typer.Option(help="Numbers of training examples, such as 20,45,half.")] = TRAIN_SIZES,
+    trials: Annotated[int | None, typer.Option(min=1, help="Number of random equal splits. Default: 10.")] = None,
+    train_sizes: Annotated[
+        str | None, typer.Option(help=f"Numbers of training examples. Default: {TRAIN_SIZES}.")
+    ] = None,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     impaired: Annotated[
@@ -46,7 +48,9 @@ def evaluate(
         Path | None, typer.Option(help="With --impaired or --corruptions: draw it as .png or .svg.")
     ] = None,
     tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places.")] = "labels",
-    task_objects: Annotated[int, typer.Option(min=1, help="Maximum number of objects of each task but labels.")] = 100,
+    task_objects: Annotated[
+        int | None, typer.Option(min=1, help="Maximum number of objects of each task but labels. Default: 100.")
+    ] = None,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = options.DEFAULT_METHOD,
@@ -78,10 +82,14 @@ def evaluate(
     require_sensible(data, test, impaired, corruptions, picture)
     options.require_beside("--impaired or --corruptions", impaired or corruptions, {}, {"--copied": copied})
     splits = {"--leave-one-out": leave_one_out or None, "--groups": groups or None}
+    splits |= {"--trials": trials, "--train-sizes": train_sizes}
     options.require_beside("--test", test is not None, splits, {})
+    trials, train_sizes = trials or 10, train_sizes or TRAIN_SIZES
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     other = None if test is None else open_dataset(test)
     task_names, chosen = parse_tasks(tasks), find_method(method)
+    others = [name for name in task_names if name != LABELS]
+    options.require_beside("--tasks other than labels", bool(others), {}, {"--task-objects": task_objects})
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = drop_config.radii
 
@@ -113,8 +121,8 @@ def evaluate(
     if picture is not None:
         draw_impaired(shares, picture) if impaired else draw_corruptions(rates, picture)
     mechanics = None
-    if others := [name for name in task_names if name != LABELS]:
-        asked = TaskOptions(count=task_objects, loading=drop_config.loading, failed=failures.add)
+    if others:
+        asked = TaskOptions(count=task_objects or 100, loading=drop_config.loading, failed=failures.add)
         mechanics = measured(dataset.objects, {backend: drop_config.simulator}, others, None, asked)
     print_results(about, results, json, shares, confusion, mechanics and task_reports(mechanics), rates)
     if mechanics is not None and not json:
