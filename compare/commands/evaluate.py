@@ -79,27 +79,24 @@ def evaluate(
     from .compare import parse_tasks
     from .mechanics import print_measured
 
-    require_sensible(data, test, impaired, corruptions, picture)
+    splits = {"--leave-one-out": leave_one_out or None, "--groups": groups or None, "--trials": trials}
+    options.require_beside("--test", test is not None, splits | {"--train-sizes": train_sizes}, {})
     options.require_beside("--impaired or --corruptions", impaired or corruptions, {}, {"--copied": copied})
-    splits = {"--leave-one-out": leave_one_out or None, "--groups": groups or None}
-    splits |= {"--trials": trials, "--train-sizes": train_sizes}
-    options.require_beside("--test", test is not None, splits, {})
-    trials, train_sizes = trials or 10, train_sizes or TRAIN_SIZES
+    require_sensible(data, test, impaired, corruptions, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     other = None if test is None else open_dataset(test)
     task_names, chosen = parse_tasks(tasks), find_method(method)
-    others = [name for name in task_names if name != LABELS]
+    others, train_sizes = [name for name in task_names if name != LABELS], train_sizes or TRAIN_SIZES
     options.require_beside("--tasks other than labels", bool(others), {}, {"--task-objects": task_objects})
     drop_config = options.drop_config(backend, shape, radii, seed, up, units, method, miss_limit)
-    lengths = drop_config.radii
 
     def simulated(some: Dataset) -> Simulated:
         """Return the runs on a data set."""
         return simulate_dataset(some, drop_config, jobs=jobs, run=run, failed=failures.add)
 
-    protocol = Protocol(trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
-    labels = labels_of(dataset)  # what cannot be evaluated is refused before spheres fall, which may take hours
-    if other is None:
+    lengths, labels = drop_config.radii, labels_of(dataset)
+    protocol = Protocol(trials=trials or 10, seed=seed, leave_one_out=leave_one_out, groups=groups)
+    if other is None:  # what cannot be evaluated is refused before spheres fall, which may take hours
         replace(protocol, train_sizes=tuple(wanted_sizes(train_sizes, len(labels)))).splits(labels)
     require_agreement(dataset)
     learnt = simulated(dataset)
@@ -120,12 +117,11 @@ def evaluate(
         rates = corruption_rates(learnt, tested, drop_config, chosen, **how)
     if picture is not None:
         draw_impaired(shares, picture) if impaired else draw_corruptions(rates, picture)
-    mechanics = None
+    mechanics, asked = None, TaskOptions(count=task_objects or 100, loading=drop_config.loading, failed=failures.add)
     if others:
-        asked = TaskOptions(count=task_objects or 100, loading=drop_config.loading, failed=failures.add)
         mechanics = measured(dataset.objects, {backend: drop_config.simulator}, others, None, asked)
     print_results(about, results, json, shares, confusion, mechanics and task_reports(mechanics), rates)
-    if mechanics is not None and not json:
+    if mechanics and not json:
         print_measured(mechanics)
     failures.exit()
 
