@@ -13,5 +13,5 @@ model = sf.FunctionClassifier(simulator="fast").fit(objects, functions)
 import lazy_loader
 
 # Names are imported when they are first used, so that the command line starts at once; `__init__.pyi` lists them.
-__version__ = "1.0.0"
+__version__ = "1.0.1"
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
