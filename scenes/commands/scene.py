@@ -204,16 +204,12 @@ def require_source(file: Path, units: str, images: dict[str, object]):
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float | None) -> Scan:
     """Return the scan of a point cloud's or a depth image's file."""
-    from ..fusion.frames import numbers_of
     from ..scans.depth_image import is_image_file, load_depth_image
     from ..scans.scan import load_scan
 
     if not is_image_file(file):
         return load_scan(file, units=units, report=say)
-    camera = intrinsics
-    if intrinsics is not None and intrinsics.suffix.lower() != ".json":
-        camera = numbers_of(intrinsics, (3, 3), "a camera's JSON, as Open3D writes it, or its matrix of 3 x 3 numbers")
-    return load_depth_image(file, intrinsics=camera, color=color, depth_scale=depth_scale, report=say)
+    return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
 
 
 def warm_up_recognition(classifier: FunctionModel):

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError, explaining, one_line, require_amount
-from spherefunc_bullet.formats.files import require_file
+from spherefunc_bullet.errors import InputError, one_line, require_amount
 
-from ..scans.depth_image import SCALE, Intrinsics, camera_of_matrix, kinect_like, read_depth, read_intrinsics
+from ..scans.camera import Intrinsics, as_number, kinect_like, lines_of, numbers_of, read_intrinsics
+from ..scans.depth_image import SCALE, read_depth
 from ..scans.scan import Report
 
 TUM_SCALE = 5000.0  # depth values per metre of TUM's data sets; of all others `SCALE`
@@ -228,43 +228,9 @@ def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
     path = intrinsics or next((file for file in beside if file.is_file()), None)
     if path is None:
         return None
-    if path.suffix.lower() == ".json":
-        return read_intrinsics(path)
     size = (640, 480)
     for image in images_in(folder):
         with suppress(InputError):
             size = read_depth(image).shape[::-1]
             break
-    K = numbers_of(path, (3, 3), "a camera's JSON, as Open3D writes it, or its matrix of 3 x 3 numbers")
-    return camera_of_matrix(K, size, path.name)
-
-
-def numbers_of(path: Path, shape: tuple[int, int], what: str = "a pose of 4 x 4 numbers") -> np.ndarray:
-    """Return a matrix from a text file, or raise InputError that says what is expected."""
-    words = [as_number(word) for line in lines_of(path) for word in line.split()]
-    if len(words) != shape[0] * shape[1] or None in words:
-        raise InputError(f"{path.name}: expected {what}, found {len(words)} words")
-    return np.array(words, float).reshape(shape)
-
-
-def lines_of(path: Path) -> list[str]:
-    """Return the lines of a text file without comments and empty ones, words divided by spaces."""
-    require_file(path)
-    with explaining(f"{one_line(path.name)}: expected a text that can be read", OSError, UnicodeDecodeError):
-        text = path.read_text(encoding="utf-8-sig")  # Windows may write a mark before it
-    lines = (line.partition("#")[0].replace(",", " ").strip() for line in text.splitlines())
-    return [line for line in lines if line]
-
-
-def as_number(word: str) -> float | None:
-    """Return a word as a number, None if it is none.
-
-    Examples
-    --------
-    >>> as_number("1305031102.16"), as_number("depth")
-    (1305031102.16, None)
-    """
-    try:
-        return float(word)
-    except ValueError:
-        return None
+    return read_intrinsics(path, size)

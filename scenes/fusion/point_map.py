@@ -11,8 +11,8 @@ import numpy as np
 from spherefunc_bullet.errors import CheckedSettings, InputError, amount
 from spherefunc_bullet.processes.compilation import njit
 
+from ..scans.camera import Intrinsics
 from ..scans.cells import cells
-from ..scans.depth_image import Intrinsics
 from ..segmentation.segmentation import LEFT_OVER
 
 logger = logging.getLogger("spherefunc")

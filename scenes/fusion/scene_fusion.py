@@ -22,10 +22,10 @@ from ..recognition.completion import DEFAULT, STEPS
 from ..recognition.objects import FoundObject, found_object
 from ..recognition.partial_places import room_places
 from ..recognition.proposals import KINDS
-from ..recognition.recognition import TABLE_TOP, Room, RoomFrame, recognise
-from ..recognition.room import SceneObject
+from ..recognition.recognition import TABLE_TOP, Room, RoomFrame, SceneObject, recognise
+from ..scans.camera import Intrinsics
 from ..scans.cells import cells
-from ..scans.depth_image import Intrinsics, checked_camera, in_metres, matrix_of, require_depth
+from ..scans.depth_image import checked_camera, in_metres, matrix_of, require_depth
 from ..scans.gravity import up_vector
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan, require_surfaces, scan_from_points

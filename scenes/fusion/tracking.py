@@ -13,8 +13,8 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import InputError
 
 from ..recognition.room import SceneObject
+from ..scans.camera import Intrinsics
 from ..scans.cells import cells
-from ..scans.depth_image import Intrinsics
 from .point_map import FREE, PRESENT, View
 
 if TYPE_CHECKING:

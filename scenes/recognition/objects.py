@@ -22,7 +22,8 @@ from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import require_ability
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from ..scans.depth_image import Intrinsics, is_image_file, load_depth_image, require_depth_image
+from ..scans.camera import Intrinsics
+from ..scans.depth_image import is_image_file, load_depth_image, require_depth_image
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
 from contextlib import suppress
-from dataclasses import MISSING, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining, one_line, require_amount
+from spherefunc_bullet.errors import InputError, explaining, one_line, require_amount
 from spherefunc_bullet.formats.files import require_file
 
 from ..settings import SCAN
+from .camera import Intrinsics, camera_of_matrix, kinect_like, read_intrinsics
 from .cells import cells
 from .neighbors import NEIGHBORS, crowded, nearest_others
 from .scan import Report, Scan, scan_from_points
@@ -23,65 +21,6 @@ from .scan import Report, Scan, scan_from_points
 SCALE = 1000.0  # depth values per metre
 IMAGES = (".png", ".tif", ".tiff", ".npy")
 _DAMAGE = (OSError, ValueError, EOFError, SyntaxError)  # what readers of images raise
-
-
-@dataclass(frozen=True, kw_only=True)
-class Intrinsics(CheckedSettings):
-    """A pinhole camera."""
-
-    width: int = amount(MISSING, least=1)
-    height: int = amount(MISSING, least=1)
-    fx: float = amount(MISSING, above=0.0)  # pixels
-    fy: float = amount(MISSING, above=0.0)
-    cx: float = amount(MISSING, least=-math.inf)  # outside the image if that was cut out of a larger one
-    cy: float = amount(MISSING, least=-math.inf)
-
-    def rays(self) -> np.ndarray:
-        """Return the point (H, W, 3) at depth one that each pixel sees."""
-        u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        return np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u, float)], axis=-1)
-
-
-def read_intrinsics(path: Path) -> Intrinsics:
-    """Return the camera of a JSON file as Open3D writes it: PinholeCameraIntrinsic, or PinholeCameraParameters.
-
-    Raises
-    ------
-    InputError
-        If it is no such file.
-    """
-    require_file(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        data = data.get("intrinsic", data)
-        matrix = np.array(data["intrinsic_matrix"], float).reshape(3, 3, order="F")  # Open3D writes column by column
-        width, height = int(data["width"]), int(data["height"])
-    except OSError as error:
-        raise InputError(f"{path}: expected a camera's JSON that can be read; {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        wanted = "width, height and intrinsic_matrix, as Open3D writes it"
-        raise InputError(f"{path}: expected a camera's JSON with {wanted}; could not read it") from error
-    return camera_of_matrix(matrix, (width, height), str(path))
-
-
-def camera_of_matrix(K: np.ndarray, size: tuple[int, int], name: str) -> Intrinsics:
-    """Return the camera of a matrix (3, 3) in pixels and of images of a width and a height.
-
-    Raises
-    ------
-    InputError
-        If it is no camera matrix, in a line that begins with the name.
-    """
-    if not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
-        raise InputError(f"{name}: expected a camera matrix with rows fx s cx, 0 fy cy, 0 0 1; is it transposed?")
-    with explaining(name, InputError, why=": "):
-        return Intrinsics(width=size[0], height=size[1], fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
-
-
-def kinect_like(width: int, height: int) -> Intrinsics:
-    """Return the intrinsics of a Kinect of the first generation for an image of any size, in pixels."""
-    focal = SCAN.focal * width
-    return Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
 
 
 def load_depth_image(
@@ -116,7 +55,8 @@ def load_depth_image(
     depth = read_depth(image) if isinstance(image, Path) else require_depth(image, name)
     depth = in_metres(depth, depth_scale, name)
     if intrinsics is not None:
-        camera = read_intrinsics(intrinsics) if isinstance(intrinsics, Path) else intrinsics
+        size = depth.shape[1], depth.shape[0]
+        camera = read_intrinsics(intrinsics, size) if isinstance(intrinsics, Path) else intrinsics
         camera = checked_camera(camera, depth, name)
     else:
         camera = kinect_like(depth.shape[1], depth.shape[0])

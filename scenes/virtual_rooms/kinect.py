@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 
-from ..scans.depth_image import Intrinsics
+from ..scans.camera import Intrinsics
 
 NOTHING = -3  # label of a ray that hits no surface
 GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which no and all pixels are lost
