@@ -120,9 +120,7 @@ def require_apart(files: Sequence[Path], options: LibraryOptions):
     """Raise InputError if the best shapes would overwrite each other or an input file."""
     targets = [options.best_file(file) for file in files]
     if len(set(targets)) < len(files):
-        raise InputError(
-            f"--best: expected files of different names in a folder, since each names one of {options.out}"
-        )
+        raise InputError("--best: expected files of different names in each folder, since shapes are named after them")
     for file, target in zip(files, targets, strict=True):
         if file.resolve().parent == target.parent.resolve():
             raise InputError(f"--best: expected --out of another folder than that of {file}, which it might overwrite")
