@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,12 +126,7 @@ def fused_json(
 
 def inferred_at_ids(fusion: SceneFusion) -> list[InferredObject]:
     """Return what is inferred at tables that have the ids of the fused objects, in place of their labels."""
-    found = []
-    for item in fusion.room.inferred:
-        number = fusion.ids[item.table]
-        reason = item.reason.replace(f"table {item.table};", f"table {number};")
-        found.append(replace(item, table=number, reason=reason))
-    return found
+    return [item.at(fusion.ids[item.table]) for item in fusion.room.inferred]
 
 
 def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
