@@ -30,7 +30,7 @@ from .scenes.fusion.scene_fusion import SceneFusion as SceneFusion
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
 from .scenes.recognition.objects import find_places as find_places
-from .scenes.scans.depth_image import Intrinsics as Intrinsics
+from .scenes.scans.camera import Intrinsics as Intrinsics
 from .shapes.compared import Shapes as Shapes
 from .shapes.compared import compare_shapes as compare_shapes
 from .simulator import DropResult as DropResult

@@ -58,8 +58,10 @@ def test_paths_that_are_no_file(tmp_path):
         (tmp_path / name).mkdir()
         assert "expected a file, got a folder" in refusal(tmp_path / name)
     assert "check the path" in refusal(tmp_path / "missing.ply")
-    assert "expected one of .ply" in refusal(tmp_path / "chair.blend")
-    assert "expected one of .ply" in refusal(tmp_path / "chair")
+    for name in ("chair.blend", "chair"):
+        assert "expected a file, found none" in refusal(tmp_path / name)
+        (tmp_path / name).write_bytes(b"chair")
+        assert "expected one of .ply" in refusal(tmp_path / name)
 
 
 def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
