@@ -272,12 +272,13 @@ def test_objects_on_both_sides_of_a_split_are_named(tmp_path, monkeypatch):
             np.save(folder / f"{shape.name}_{i}.npy", shape.points)
             rows.append(f"{shape.name}_{i}.npy,{label},{i}")
     (folder / "manifest.csv").write_text("\n".join(rows))
-    how = "--radii", "2cm", "--train-sizes", "half", "--trials", 1, "--jobs", 1
-    assert "geometry" not in spherefunc("evaluate", folder, *how).stderr
+    how = "--radii", "2cm", "--jobs", 1
+    split = *how, "--train-sizes", "half", "--trials", 1
+    assert "geometry" not in spherefunc("evaluate", folder, *split).stderr
     np.savez(folder / "again.npz", points=clouds.mug(radius=0.038).points)
     (folder / "manifest.csv").write_text("\n".join([*rows, "again.npz,cup,0"]))
     again = f"{folder / 'mug_1.npy'} and {folder / 'again.npz'}"
-    said = spherefunc("evaluate", folder, *how).stderr
+    said = spherefunc("evaluate", folder, *split).stderr
     assert f"data: 1 of 7 objects have the geometry of others, such as {again};" in said and "by --groups" in said
     said = spherefunc("evaluate", folder, "--test", folder, *how).stderr
     assert "7 of 7 objects have the geometry of others" in said and "leave them out of one" in said
