@@ -23,7 +23,7 @@ MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together; a small
 MAX_MEMBERS = 10_000  # of an archive
 MAX_TRIANGLES = 10_000_000
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
-OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs", "pxr")  # installed by the extra ``formats``
+OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs", "mujoco", "pxr")  # installed by the extra ``formats``
 
 
 def require_ordinary(path: Path) -> int:

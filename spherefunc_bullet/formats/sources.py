@@ -22,7 +22,7 @@ from . import FormatError
 from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
 # Formats whose files name other files; the module of their reader has a function `named_sources` that returns them.
-NAMING = (".gltf", ".glb", ".urdf", ".usd", ".usda", ".usdc")
+NAMING = (".gltf", ".glb", ".urdf", ".sdf", ".xml", ".mjcf", ".usd", ".usda", ".usdc")
 LFS = "Git LFS"  # files of a few lines that stand for others, which were not fetched
 # First bytes by which a file with the wrong ending is recognised.
 _SIGNATURES = {
@@ -44,6 +44,9 @@ READERS = {
     ".dae": ("scenes.collada", "read_dae"),
     ".3mf": ("scenes.three_mf", "read_3mf"),
     ".urdf": ("scenes.urdf", "read_urdf"),
+    ".sdf": ("scenes.sdf", "read_sdf"),
+    ".xml": ("scenes.mjcf", "read_mjcf"),
+    ".mjcf": ("scenes.mjcf", "read_mjcf"),
     ".usd": ("scenes.usd", "read_usd"),
     ".usda": ("scenes.usd", "read_usd"),
     ".usdc": ("scenes.usd", "read_usd"),
@@ -211,9 +214,9 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     Parameters
     ----------
     file : str, Path or Source
-        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, USD (also USDA, USDC, USDZ), XYZ, CSV, TXT, LAS, LAZ,
-        NPZ or NPY, recognised by the ending. Polygons are divided into triangles; the parts of a scene become one
-        object in the scene's frame.
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, SDF, MJCF (also XML), USD (also USDA, USDC, USDZ), XYZ,
+        CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the ending. Polygons are divided into triangles; the parts of a
+        scene become one object in the scene's frame.
 
     Returns
     -------

@@ -29,7 +29,7 @@ from .solid import MOST_CORNERS, Solid, capped, of_pieces, surface
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 BUDGET = 30.0  # seconds of processor time (so a busy machine finds the same) after which no candidate is started
 STRICT = KeepCriteria(share=0.95, moved=0.002)
-SAYS_COLLISION = (".urdf", ".sdf", ".xml", *USD)  # formats with collision geometry
+SAYS_COLLISION = (".urdf", ".sdf", ".xml", ".mjcf", *USD)  # formats with collision geometry
 Tried = tuple[Solid, ShapeRow]
 
 

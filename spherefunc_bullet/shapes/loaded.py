@@ -11,17 +11,19 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
-from ..errors import InputError, explaining, one_line
+from ..errors import InputError, one_line
 from ..formats.files import refusing
 from ..formats.obj import read_groups
-from ..formats.scenes.parts import plain_xml, primitive, scaled
+from ..formats.scenes.mjcf import bodies
+from ..formats.scenes.parts import plain_xml, scaled
+from ..formats.scenes.sdf import link_parts
 from ..formats.scenes.urdf import find_mesh, geometry_part, robot_of
 from ..formats.scenes.usd import Collider, colliders
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
@@ -33,7 +35,6 @@ USD = (".usd", ".usda", ".usdc", ".usdz")
 # of the mesh of a collider, as UsdPhysics and PhysX name them
 APPROXIMATIONS = "none, convexHull, convexDecomposition, meshSimplification, sdf, boundingCube, boundingSphere"
 DECOMPOSED = 32  # pieces of a mesh that PhysX decomposes, at most
-SDF_KINDS = ("box", "cylinder", "sphere", "mesh", "plane", "empty")  # what is read of SDF; planes have no part
 PlacedPart = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether the mesh stays concave
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) and faces (M, 3) in a frame of their own
 
@@ -127,10 +128,15 @@ def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[Part]:
     """Return the parts of a collision element of which the engine makes hulls, or its whole mesh."""
     if shape.mesh is None:
         return [geometry_part(shape, lambda name: None)]
-    target = find_mesh(shape.mesh.filename, folder)
+    return [scaled(part, shape.mesh.scale) for part in mesh_groups(shape.mesh.filename, folder, whole)]
+
+
+def mesh_groups(name: str, folder: Path, whole: bool = False) -> list[Part]:
+    """Return `groups_of` the mesh that a file in ``folder`` names."""
+    target = find_mesh(name, folder)
     if target is None:
-        raise InputError(f"collision mesh {shape.mesh.filename[:80]!r}: expected in the file's folder or its package")
-    return [scaled(part, shape.mesh.scale) for part in groups_of(target, whole=whole)]
+        raise InputError(f"collision mesh {name[:80]!r}: expected in the file's folder or its package")
+    return groups_of(target, whole)
 
 
 def groups_of(path: Path, whole: bool = False) -> list[Part]:
@@ -147,97 +153,18 @@ def groups_of(path: Path, whole: bool = False) -> list[Part]:
 
 def mjcf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, without planes."""
-    with explaining(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco", ImportError):
-        import mujoco
-    with explaining(f"{one_line(path.name)}: MuJoCo refuses it", ValueError, why=": "):
-        model = mujoco.MjModel.from_xml_path(str(path))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
     links = defaultdict(list)
-    for geom in np.flatnonzero((model.geom_contype > 0) | (model.geom_conaffinity > 0)):
-        if (part := geom_part(model, geom)) is not None:
-            place = part[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-            body = model.geom_bodyid[geom]
-            links[model.body(body).name or f"body {body}"].append((place, part[1], False))
+    for body, part in bodies(as_source(path), collision=True):
+        links[body].append((*part, False))
     return links
-
-
-def geom_part(model: Any, geom: int) -> Part | None:
-    """Return the triangles of a MuJoCo geom in its own frame; None for planes and height fields."""
-    import mujoco
-
-    kinds, kind, size = mujoco.mjtGeom, model.geom_type[geom], model.geom_size[geom]
-    if kind == kinds.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first, face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-        return vertices, model.mesh_face[face : face + model.mesh_facenum[mesh]].astype(np.int64)
-    if kind == kinds.mjGEOM_BOX:
-        return primitive("box", extents=2 * size)
-    if kind == kinds.mjGEOM_CYLINDER:
-        return primitive("cylinder", radius=size[0], height=2 * size[1])
-    if kind == kinds.mjGEOM_CAPSULE:
-        return primitive("capsule", radius=size[0], height=2 * size[1])
-    if kind in (kinds.mjGEOM_SPHERE, kinds.mjGEOM_ELLIPSOID):
-        vertices, faces = primitive("icosphere", radius=1.0)
-        return vertices * (size if kind == kinds.mjGEOM_ELLIPSOID else size[0]), faces
-    return None
 
 
 def sdf_links(path: Path) -> dict[str, list[PlacedPart]]:
     """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or one per group."""
-    links, tree = defaultdict(list), plain_xml(path.read_bytes())
-    if (others := sum(1 for tag in ("model", "include") for _ in tree.iter(tag)) - 1) > 0:
-        raise InputError(f"expected one model, got {others} more in it or beside it; join them")
-    for link in tree.findall(".//model/link"):
-        for node in link.findall("collision"):
-            place = pose_of(link, "__model__") @ pose_of(node, link.get("name", ""))
-            for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
-                placed = vertices @ place[:3, :3].T + place[:3, 3]
-                links[link.get("name", path.stem)].append((placed, faces, False))
+    links = defaultdict(list)
+    for link, part in link_parts(as_source(path), "collision", partial(mesh_groups, folder=path.parent)):
+        links[link].append((*part, False))
     return links
-
-
-def pose_of(node: ElementTree.Element, parent: str) -> np.ndarray:
-    """Return the pose (4, 4) of an SDF element in its parent: position, and roll, pitch and yaw or a quaternion."""
-    from trimesh.transformations import euler_matrix, quaternion_matrix
-
-    pose = node.find("pose")
-    if pose is None or not (values := [float(word) for word in (pose.text or "").split()]):
-        return np.eye(4)
-    if (other := pose.get("relative_to", parent)) not in ("", parent):
-        raise InputError(f"expected poses in the frame of their parent, got one relative to {other[:80]!r}")
-    if pose.get("rotation_format") == "quat_xyzw":
-        x, y, z, w = values[3:]
-        matrix = quaternion_matrix([w, x, y, z])
-    else:
-        in_degrees = pose.get("degrees") in ("true", "1")
-        matrix = euler_matrix(*(np.radians(values[3:]) if in_degrees else values[3:]), axes="sxyz")
-    matrix[:3, 3] = values[:3]
-    return matrix
-
-
-def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[Part]:
-    """Return the parts of one SDF collision element in its own frame; none for planes."""
-    if geometry is None:
-        return []
-    names = ("size", "radius", "length", "scale")
-    sizes = {name: list(map(float, geometry.findtext(f".//{name}", "").split())) for name in names}
-    if geometry.find("box") is not None:
-        return [primitive("box", extents=sizes["size"])]
-    if geometry.find("cylinder") is not None:
-        return [primitive("cylinder", radius=sizes["radius"][0], height=sizes["length"][0])]
-    if geometry.find("sphere") is not None:
-        return [primitive("icosphere", radius=sizes["radius"][0])]
-    odd = [each.tag for each in (*geometry, *geometry.findall("mesh/submesh")) if each.tag not in SDF_KINDS]
-    if odd:
-        raise InputError(f"expected a box, cylinder, sphere or whole mesh to collide with, got {odd[0][:80]}")
-    if (name := geometry.findtext("mesh/uri")) is None:
-        return []
-    target = find_mesh(name.strip(), folder)
-    if target is None:
-        raise InputError(f"collision mesh {name[:80]!r}: expected in the file's folder or its package")
-    return [scaled(part, sizes["scale"] or None) for part in groups_of(target)]
 
 
 def usd_links(path: Path) -> dict[str, list[PlacedPart]]:

@@ -20,7 +20,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import files
 from spherefunc_bullet.formats.sources import READERS
 
-KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf", "urdf"]
+KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf", "urdf", "sdf", "xml"]
 CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy"]
 
 
@@ -248,17 +248,17 @@ def test_npy_of_no_points(check_refused):
 LAUGHS = b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]><robot>&b;</robot>'
 
 
-@pytest.mark.parametrize("ending", ["dae", "urdf"])
+@pytest.mark.parametrize("ending", ["dae", "urdf", "sdf", "xml"])
 def test_xml_with_entities(check_refused, ending):
     require_reader(ending)
     assert "document type" in check_refused(f"laughs.{ending}", LAUGHS)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-16-be", "latin-1"])
-@pytest.mark.parametrize("ending", ["dae", "urdf", "3mf"])
+@pytest.mark.parametrize("ending", ["dae", "urdf", "sdf", "xml", "3mf"])
 def test_xml_with_a_document_type_in_any_encoding(check_refused, ending, encoding):
     require_reader(ending)
-    root = {"dae": "COLLADA", "urdf": "robot", "3mf": "model"}[ending]
+    root = {"dae": "COLLADA", "urdf": "robot", "sdf": "sdf", "xml": "mujoco", "3mf": "model"}[ending]
     declared = encoding.removesuffix("-be")
     text = f"<?xml version='1.0' encoding='{declared}'?><!DOCTYPE a [<!ENTITY a 'ha'>]><{root}>&a;</{root}>"
     data = text.encode(encoding) if encoding != "utf-16-be" else b"\xfe\xff" + text.encode(encoding)

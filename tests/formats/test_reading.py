@@ -67,8 +67,9 @@ def test_3mf_says_its_unit(tmp_path):
     assert np.allclose(np.ptp(read(tmp_path, "box.3mf", data).vertices, axis=0), (0.1, 0.2, 0.3), atol=1e-9)
 
 
-def test_urdf_is_one_object_with_its_joints_at_zero(tmp_path):
-    geometry = read(tmp_path, "table.urdf", mesh_bytes("urdf", *mug()))
+@pytest.mark.parametrize("ending", ["urdf", "sdf", "xml"])
+def test_a_robot_is_one_object_with_its_joints_at_zero(tmp_path, ending):
+    geometry = read(tmp_path, f"table.{ending}", mesh_bytes(ending, *mug()))
     assert np.allclose(geometry.vertices.min(axis=0), (-0.4, -0.3, 0), atol=1e-9)
     assert np.allclose(geometry.vertices.max(axis=0), (0.42, 0.3, 1), atol=1e-3)  # the knob is a polyhedron
 

@@ -57,6 +57,12 @@ def as_glb(gltf: Path) -> Path:
     return gltf.with_suffix(".glb")
 
 
+SDF = """<sdf version="1.9"><model name="a"><link name="b"><visual name="c"><geometry><mesh><uri>{}</uri></mesh>
+</geometry></visual></link></model></sdf>"""
+MJCF = """<mujoco><compiler meshdir="."/><asset><mesh name="c" file="{}"/></asset>
+<worldbody><geom type="mesh" mesh="c"/></worldbody></mujoco>"""
+
+
 def write_object(kind: str, folder: Path, shape: trimesh.Trimesh) -> Path:
     """Write an object of which the files beside it hold the geometry; the file itself stays the same."""
     folder.mkdir(exist_ok=True)
@@ -68,8 +74,11 @@ def write_object(kind: str, folder: Path, shape: trimesh.Trimesh) -> Path:
         write_gltf(folder / "meshes", shape, "data/geometry.bin")
     else:
         shape.export(folder / "meshes" / "object.stl")
-    (folder / "a.urdf").write_text(robot(f"meshes/object.{'gltf' if kind == 'urdf of gltf' else 'stl'}"))
-    return folder / "a.urdf"
+    name = f"meshes/object.{'gltf' if kind == 'urdf of gltf' else 'stl'}"
+    text = {"sdf": SDF, "xml": MJCF, "mjcf": MJCF}[kind].format(name) if kind in ("sdf", "xml", "mjcf") else robot(name)
+    path = folder / f"a.{kind.split()[0]}"
+    path.write_text(text)
+    return path
 
 
 def shapes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
@@ -77,7 +86,7 @@ def shapes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     return trimesh.creation.annulus(0.036, 0.04, 0.1), trimesh.creation.annulus(0.036, 0.04, 0.05)
 
 
-@pytest.mark.parametrize("kind", ["gltf", "glb", "urdf", "urdf of gltf"])
+@pytest.mark.parametrize("kind", ["gltf", "glb", "urdf", "urdf of gltf", "sdf", "xml"])
 def test_an_object_is_simulated_again_when_a_file_that_it_names_has_changed(tmp_path, kind):
     require_reader(kind)
     high, low = shapes()
@@ -85,7 +94,7 @@ def test_an_object_is_simulated_again_when_a_file_that_it_names_has_changed(tmp_
     unchanged, stamp, first = path.read_bytes(), source_stamp(path), object_record(path, DROPPING)
     assert object_record(write_object(kind, tmp_path / "model", high), DROPPING).size == pytest.approx(first.size)
     write_object(kind, tmp_path / "model", low)
-    if kind in ("urdf", "urdf of gltf"):  # a glTF file itself says how large its parts are
+    if kind not in ("gltf", "glb"):  # a glTF file itself says how large its parts are
         assert path.read_bytes() == unchanged
     assert object_record(path, DROPPING).size.min() < 0.06 < 0.07 < first.size.min()
     assert source_stamp(path) != stamp
@@ -116,7 +125,7 @@ sys.addaudithook(lambda event, args: OPENED.append(str(args[0])) if event == "op
 
 def example(kind: str, folder: Path) -> Path:
     """Write a file of a format, with files beside it where it may name any."""
-    if kind in (".gltf", ".glb", ".urdf"):
+    if kind in (".gltf", ".glb", ".urdf", ".sdf", ".xml", ".mjcf"):
         return write_object(kind[1:], folder, shapes()[0])
     vertices, faces = mug()
     clouds = (".pcd", ".xyz", ".csv", ".txt", ".las", ".laz", ".npy")

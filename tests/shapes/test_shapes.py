@@ -488,6 +488,16 @@ def test_meshes_of_a_gazebo_model_are_in_its_folder(tmp_path, folder):
     assert sorted(np.ptp(first.vertices, axis=0).round(6)) == [0.1, 0.2, 0.4]
 
 
+@pytest.mark.parametrize("solid", ["sphere", "ellipsoid", "capsule", "cylinder", "box"])
+def test_every_solid_of_an_mjcf_collides(tmp_path, solid):
+    pytest.importorskip("mujoco")
+    text = f"<mujoco><worldbody><geom type='{solid}' size='0.1 0.2 0.3'/></worldbody></mujoco>"
+    (tmp_path / "m.xml").write_text(text)
+    (link,) = load_solids(tmp_path / "m.xml", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    half = {"sphere": 0.1, "capsule": 0.3, "cylinder": 0.2}.get(solid, 0.3)
+    assert link.vertices[:, 2].max() == pytest.approx(half, abs=1e-3) and link.vertices[:, 0].max() > 0.097
+
+
 def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "m.xml").write_text(MJCF.replace(' name="a"', "").replace(' name="b"', ""))

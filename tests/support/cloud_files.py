@@ -15,7 +15,7 @@ MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
 # What the extra ``formats`` brings, by ending; without it the tests of these formats are skipped, each by itself.
 NEEDED = {"dae": ("collada",), "3mf": ("lxml",), "urdf": ("yourdfpy",), "las": ("laspy",), "laz": ("laspy", "lazrs")}
 USD_ENDINGS = ("usd", "usda", "usdc", "usdz")
-NEEDED |= {ending: ("pxr",) for ending in USD_ENDINGS}
+NEEDED |= {ending: ("pxr",) for ending in USD_ENDINGS} | {"xml": ("mujoco",), "mjcf": ("mujoco",)}
 CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz", "npy", "csv", "txt")
 
 
@@ -72,6 +72,26 @@ URDF = """<?xml version="1.0"?>
     <axis xyz="1 0 0"/><limit lower="0" upper="0.3" effort="1" velocity="1"/></joint>
 </robot>
 """
+
+
+# The same table of Gazebo, and of MuJoCo, whose sizes are halves.
+SDF = """<?xml version="1.0"?>
+<sdf version="1.9"><model name="table">
+  <link name="top"><pose>0 0 0.95 0 0 0</pose><visual name="v"><geometry><box><size>0.8 0.6 0.1</size></box></geometry>
+    </visual></link>
+  <link name="leg"><visual name="v"><pose>0 0 0.45 0 0 0</pose><geometry>
+    <cylinder><radius>0.05</radius><length>0.9</length></cylinder></geometry></visual></link>
+  <link name="knob"><pose>0.4 0 0.95 0 0 0</pose><visual name="v"><geometry><sphere><radius>0.02</radius></sphere>
+    </geometry></visual></link>
+</model></sdf>
+"""
+MJCF = """<mujoco model="table"><worldbody>
+  <body name="top" pos="0 0 0.95"><geom type="box" size="0.4 0.3 0.05"/>
+    <body name="knob" pos="0.4 0 0"><joint type="slide" range="0 0.3"/><geom type="sphere" size="0.02"/></body></body>
+  <body name="leg" pos="0 0 0.45"><geom type="cylinder" size="0.05 0.45"/></body>
+</worldbody></mujoco>
+"""
+TABLES = {"urdf": URDF, "sdf": SDF, "xml": MJCF, "mjcf": MJCF}
 
 
 def in_metres(three_mf):
@@ -135,8 +155,8 @@ def mesh_bytes(ending, vertices, faces):
         return mesh.export(file_type="dae").replace(b"Y_UP", b"Z_UP")
     if ending == "3mf":
         return in_metres(mesh.export(file_type="3mf"))
-    if ending == "urdf":
-        return URDF.encode()
+    if ending in TABLES:
+        return TABLES[ending].encode()
     if ending == "ply ascii":
         return mesh.export(file_type="ply", encoding="ascii")
     exported = mesh.export(file_type="stl_ascii" if ending == "stl ascii" else ending)

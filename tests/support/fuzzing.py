@@ -26,7 +26,7 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
 
 MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz", "dae", "3mf", "urdf")
-MESHES += USD_ENDINGS
+MESHES += ("sdf", "xml", "mjcf", *USD_ENDINGS)
 CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy")
 KINDS = MESHES + CLOUDS
 SECONDS, MEMORY = 5.0, 2 << 30  # what one file may take

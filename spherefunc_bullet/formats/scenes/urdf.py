@@ -33,6 +33,8 @@ _MARK = "package.xml"  # every ROS package has this file
 _XACRO = re.compile(r"\{[^}]*xacro[^}]*\}(\w+)")  # tag of a macro, with its namespace; a declaration alone is common
 _LAYOUT = frozenset({"urdf", "robots", "xacro"})  # subfolders of a package without that file that hold URDF files,
 _MESHES = ("meshes", "mesh")  # and their meshes
+_ASSETS = "assets"  # folder of models, of what they include, and of their meshes
+_NAMING_MESHES = (".urdf", ".sdf")  # files that are no mesh, but name some
 
 
 def find_mesh(name: str, folder: Path) -> Path | None:
@@ -64,14 +66,14 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
 
 
 def _unmarked(folder: Path) -> list[Path]:
-    """Return packages up to two folders above, recognised by their subfolders; never a home or a top-level folder."""
+    """Return packages up to two folders above, recognised by names of folders; never a home or a top-level folder."""
     home = Path.home().resolve()
     return [
         package
         for package, inner in zip(folder.parents[:2], (folder, *folder.parents), strict=False)
         if len(package.parents) > 1
         and not home.is_relative_to(package)
-        and (inner.name in _LAYOUT or any((package / meshes).is_dir() for meshes in _MESHES))
+        and (package.name == _ASSETS or inner.name in _LAYOUT or any((package / name).is_dir() for name in _MESHES))
     ]
 
 
@@ -80,7 +82,7 @@ def read_urdf(source: Source) -> Geometry:
     from trimesh.transformations import transform_points
 
     robot = robot_of(plain_xml(source.data))
-    parts, read = [], cache(lambda name: _mesh(name, source.named))
+    parts, read = [], cache(lambda name: mesh_part(name, source.named))
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
         for visual in link.visuals:
@@ -115,15 +117,15 @@ def named_sources(source: Source) -> dict[str, Source]:
     """Return the meshes of all visible parts, by the names that the file gives them."""
     meshes = plain_xml(source.data).findall("link/visual/geometry/mesh")
     names = {mesh.get("filename", "") for mesh in meshes}
-    return {name: _source(name, source.path.parent) for name in names}
+    return {name: mesh_source(name, source.path.parent) for name in names}
 
 
-def _source(name: str, folder: Path) -> Source:
-    """Return the source of a mesh."""
+def mesh_source(name: str, folder: Path) -> Source:
+    """Return the source of a mesh, or of another file, that a file in ``folder`` names; see `find_mesh`."""
     target = find_mesh(name, folder)
-    if target is None or target.suffix.lower() == ".urdf":
+    if target is None or target.suffix.lower() in _NAMING_MESHES:
         places = f"put them beside it, or name their package's folder in {PACKAGE_PATH}"
-        raise FormatError(f"expected its meshes in its own folder or its package, got {name[:80]!r}; {places}")
+        raise FormatError(f"expected what it names in its own folder or its package, got {name[:80]!r}; {places}")
     return Source(target, target.suffix.lower())
 
 
@@ -141,8 +143,8 @@ def geometry_part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part
     raise FormatError("expected a mesh, box, cylinder or sphere to be visible, got another shape")
 
 
-def _mesh(name: str, named: dict[str, Source]) -> Part:
-    """Return the vertices and faces of a mesh."""
+def mesh_part(name: str, named: dict[str, Source]) -> Part:
+    """Return the vertices and faces of a mesh among the sources that a file names."""
     geometry = read_geometry(named[name])
     if not len(geometry.faces):
         raise FormatError(f"expected meshes, got the points of {name[:80]!r}")

@@ -1,0 +1,170 @@
+"""MJCF, compiled by MuJoCo: the geoms that it shows, or those that collide, with every joint at its reference.
+
+MuJoCo gets one tree, with what the file includes, and the bytes of its meshes, so that it opens no files itself. What
+moves or is painted is left out before, as are planes and height fields: they are the ground, not the object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import PurePosixPath
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...errors import explaining
+from .. import FormatError
+from ..sources import Geometry, Source
+from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive
+from .urdf import mesh_source
+
+_SECTIONS = ("compiler", "default", "asset", "worldbody")
+_GEOMETRY = ("angle", "coordinate", "eulerseq", "fitaabb")  # of the compiler; its other settings move no geom
+_KEPT = ("body", "geom", "frame", "replicate")  # in a body; others are refused, but for these:
+_LEFT_OUT = ("joint", "freejoint", "inertial", "site", "camera", "light", "plugin")
+_OPAQUE = ("name", "class", "rgba")  # of a material; textures change no shape
+_GROUPS = 3  # MuJoCo's viewer shows geoms of the first three groups
+Find = Callable[[str], Source]
+
+
+def read_mjcf(source: Source) -> Geometry:
+    """Return the vertices (N, 3), metres, and triangles (M, 3) of all geoms that are seen."""
+    return joined([part for _, part in bodies(source, collision=False)])
+
+
+def named_sources(source: Source) -> dict[str, Source]:
+    """Return the files that it includes and its meshes, by their names."""
+    named: dict[str, Source] = {}
+
+    def find(name: str) -> Source:
+        if name not in named:
+            named[name] = Source(mesh_source(name, source.path.parent).path, "")  # what one includes is no whole model
+        return named[name]
+
+    _model(source, find)
+    return named
+
+
+def bodies(source: Source, collision: bool) -> Iterator[tuple[str, Part]]:
+    """Yield the name of its body and the placed triangles of each geom that is seen, or that collides."""
+    import mujoco
+
+    tree, meshes = _model(source, source.named.__getitem__)
+    files = {name: mesh.data for name, mesh in meshes.items()}
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda line: None)  # it writes warnings to stdout, and to a file in the current folder
+    try:
+        with explaining("expected an MJCF that MuJoCo compiles", ValueError, why="; "):
+            model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, encoding="unicode"), files)
+    finally:
+        mujoco.set_mju_user_warning(before)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for geom in np.flatnonzero(_colliding(model) if collision else _seen(model)):
+        if (part := _geom_part(model, geom)) is not None:
+            body, place = model.geom_bodyid[geom], part[0] @ data.geom_xmat[geom].reshape(3, 3).T
+            yield model.body(body).name or f"body {body}", (place + data.geom_xpos[geom], part[1])
+
+
+def _colliding(model: Any) -> np.ndarray:
+    return (model.geom_contype > 0) | (model.geom_conaffinity > 0)
+
+
+def _seen(model: Any) -> np.ndarray:
+    """Return which geoms are seen (G,): of a body with geoms that are only shown, those of the groups of these."""
+    hidden = (model.geom_rgba[:, 3] == 0) | (model.geom_group >= _GROUPS)
+    if model.nmat:
+        hidden |= (model.geom_matid >= 0) & (model.mat_rgba[model.geom_matid, 3] == 0)
+    seen, only_shown = ~hidden, ~hidden & ~_colliding(model)
+    for body in np.unique(model.geom_bodyid[only_shown]):
+        of_body = model.geom_bodyid == body
+        seen &= ~of_body | np.isin(model.geom_group, model.geom_group[of_body & only_shown])
+    return seen
+
+
+def _geom_part(model: Any, geom: int) -> Part | None:
+    """Return the triangles of a geom in its own frame; None for planes and height fields."""
+    import mujoco
+
+    kinds, kind, size = mujoco.mjtGeom, int(model.geom_type[geom]), model.geom_size[geom]
+    if kind == kinds.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first, face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        return vertices, model.mesh_face[face : face + model.mesh_facenum[mesh]].astype(np.int64)
+    if kind == kinds.mjGEOM_BOX:
+        return primitive("box", extents=2 * size)
+    if kind == kinds.mjGEOM_CYLINDER:
+        return primitive("cylinder", radius=size[0], height=2 * size[1])
+    if kind == kinds.mjGEOM_CAPSULE:
+        return primitive("capsule", radius=size[0], height=2 * size[1])
+    if kind == kinds.mjGEOM_SPHERE:
+        return primitive("icosphere", radius=size[0])
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        vertices, faces = primitive("icosphere", radius=1.0)
+        return vertices * size, faces
+    return None
+
+
+def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, Source]]:
+    """Return the tree that MuJoCo compiles, and the sources of its meshes by the names that it has for them."""
+    root = plain_xml(source.data)
+    if root.tag != "mujoco":
+        raise FormatError(f"expected an MJCF, whose root is 'mujoco', got {root.tag[:80]!r}; is it part of a model?")
+    root[:] = [each for each in _included(root, find, set()) if each.tag in _SECTIONS]
+    settings: dict[str, str] = {}
+    for compiler in root.iter("compiler"):
+        settings |= compiler.attrib
+        _keep(compiler, _GEOMETRY)
+    for material in root.iter("material"):
+        _keep(material, _OPAQUE)
+    for assets in root.iter("asset"):
+        assets[:] = [each for each in assets if each.tag in ("mesh", "material")]
+    for world in root.iter("worldbody"):
+        _simplify(world, 1)
+    meshes = {}
+    for mesh in (mesh for mesh in root.iter("mesh") if mesh.get("file")):
+        path = _path(mesh.attrib["file"])
+        folder = settings.get("meshdir", settings.get("assetdir", ""))
+        given = find(path.name if settings.get("strippath") == "true" else str(PurePosixPath(folder, path)))
+        mesh.attrib |= {"name": mesh.get("name", path.stem), "file": f"{len(meshes)}{path.suffix}"}
+        meshes[mesh.attrib["file"]] = given
+    return root, meshes
+
+
+def _included(element: ElementTree.Element, find: Find, names: set[str]) -> Iterator[ElementTree.Element]:
+    """Yield the children of an element, those of the files that it includes in their places."""
+    for child in element:
+        if child.tag != "include":
+            child[:] = list(_included(child, find, names))
+            yield child
+        elif (name := str(_path(child.get("file", "")))) in names:
+            raise FormatError(f"expected each file to be included once, got {name[:80]!r} again, as MuJoCo refuses")
+        else:
+            names.add(name)
+            yield from _included(plain_xml(find(name).data), find, names)
+
+
+def _path(name: str) -> PurePosixPath:
+    """Return the path of a file that an MJCF names, which may be written as in Windows."""
+    return PurePosixPath(name.replace("\\", "/"))
+
+
+def _keep(element: ElementTree.Element, names: tuple[str, ...]):
+    """Remove an element's children, and all of its attributes but those of these names."""
+    element.attrib = {name: element.attrib[name] for name in names if name in element.attrib}
+    element[:] = []
+
+
+def _simplify(element: ElementTree.Element, copies: int):
+    """Remove what is no geometry from a body and all bodies in it; ``copies`` of it are made."""
+    if copies > MAX_INSTANCES:
+        raise FormatError(f"expected at most {MAX_INSTANCES:,} copies of a body, got {copies:,}; join them")
+    element[:] = [child for child in element if child.tag not in _LEFT_OUT and "hfield" not in child.attrib]
+    for child in element:
+        if child.tag not in _KEPT:
+            raise FormatError(f"expected bodies of rigid geoms, got {child.tag[:80]!r}, which is not read")
+        if child.tag == "geom":
+            child[:] = []
+        _simplify(child, copies * int(child.get("count", 1)))
