@@ -94,6 +94,20 @@ def test_a_file_includes_others_of_the_folder_of_assets(tmp_path):
     assert {part.path.name for part in as_source(path).parts()} == {"a.xml", "meshes.xml", "geom.xml", "box.stl"}
 
 
+def test_what_an_included_file_names_may_lie_beside_it(tmp_path):
+    """As in MuJoCo, what lies in the folder of the model comes first."""
+    (tmp_path / "parts" / "stls").mkdir(parents=True)
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "parts" / "stls" / "box.stl")
+    more = "<mujoco><asset><mesh file='box.stl'/></asset></mujoco>"
+    (tmp_path / "parts" / "all.xml").write_text("<mujoco><include file='stls/assets.xml'/></mujoco>")
+    (tmp_path / "parts" / "stls" / "assets.xml").write_text(more)
+    path = write(tmp_path / "a.xml", "<geom type='mesh' mesh='box'/>", "<include file='parts/all.xml'/>")
+    for expected in ([0.1, 0.2, 0.3], [0.4, 0.5, 0.6]):
+        assert extent(path) == expected
+        assert mujoco.MjModel.from_xml_path(str(path)).geom_aabb[0][3:].max() == pytest.approx(expected[2] / 2)
+        trimesh.creation.box((0.4, 0.5, 0.6)).export(tmp_path / "box.stl")
+
+
 def test_names_without_folders_are_stripped_as_mujoco_strips_them(tmp_path):
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "box.stl")
     more = "<compiler strippath='true' meshdir='elsewhere'/><asset><mesh file='/home/me/box.stl'/></asset>"
@@ -103,7 +117,10 @@ def test_names_without_folders_are_stripped_as_mujoco_strips_them(tmp_path):
 def test_what_is_painted_or_driven_need_not_be_there(tmp_path):
     more = """<option integrator="nothing"/><size njmax="500"/><actuator><motor joint="none"/></actuator>
       <asset><texture name="wood" type="2d" file="wood.png"/><material name="wood" texture="wood"/></asset>"""
-    world = "<geom type='box' size='0.5 0.5 0.5' material='wood'/><body><freejoint/><site/><light/></body>"
+    geom = "<geom type='box' size='0.5 0.5 0.5' material='{}'/>"
+    world = (
+        f"{geom.format('wood')}{geom.format('of the file that includes it')}<body><freejoint/><site/><light/></body>"
+    )
     assert extent(write(tmp_path / "a.xml", world, more)) == [1.0, 1.0, 1.0]
 
 

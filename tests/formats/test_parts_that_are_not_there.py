@@ -33,6 +33,15 @@ def test_a_urdf_that_was_expanded_may_still_name_the_language(tmp_path):
     assert len(read_geometry(path).faces) == 12
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_prefixes_of_names_need_not_be_declared(tmp_path, encoding):
+    """Drake's are not, in its own URDFs."""
+    head = f'<?xml version="1.0" encoding="{encoding}"?>'
+    more = '<drake:joint name="ä"/><transmission type="a" sim:of="b"/>'
+    (tmp_path / "box.urdf").write_bytes(f'{head}<robot name="a">{BOX.format("b")}{more}</robot>'.encode(encoding))
+    assert len(read_geometry(tmp_path / "box.urdf").faces) == 12
+
+
 @pytest.mark.parametrize("present", [1.0, 0.5])
 def test_a_buffer_that_was_cut_off_is_named(tmp_path, present):
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32).tobytes()

@@ -441,7 +441,7 @@ def test_a_pose_of_an_sdf_is_read_as_it_is_written(tmp_path, pose):
     "text, other, words",
     [
         ("<pose>1 0 0", "<pose relative_to='b'>1 0 0", "got one relative to 'b'"),
-        ("<box><size>0.4 0.2 0.1</size></box>", "<capsule><radius>1</radius></capsule>", "got capsule"),
+        ("<box><size>0.4 0.2 0.1</size></box>", "<cone><radius>1</radius></cone>", "got cone"),
         ("<box><size>0.4 0.2 0.1</size></box>", "<mesh><uri>a</uri><submesh/></mesh>", "got submesh"),
         ("</model>", "<model name='lid'><pose>0 0 1 0 0 0</pose></model></model>", "expected one model, got 1 more"),
         ("</model>", "</model><model name='other'/><include/>", "expected one model, got 2 more"),
@@ -451,6 +451,16 @@ def test_what_an_sdf_says_and_is_not_read_is_refused(tmp_path, text, other, word
     (tmp_path / "m.sdf").write_text(SDF.replace(text, other))
     with pytest.raises(InputError, match=words):
         list(load_solids(tmp_path / "m.sdf", FileFrame(up="z", units="m", shift=np.zeros(3))))
+
+
+@pytest.mark.parametrize(
+    "form", ["<capsule><radius>0.1</radius><length>0.4</length>", "<ellipsoid><radii>0.1 0.2 0.3</radii>"]
+)
+def test_capsules_and_ellipsoids_of_an_sdf_collide(tmp_path, form):
+    solid = f"{form}</{form[1:].partition('>')[0]}>"
+    (tmp_path / "m.sdf").write_text(SDF.replace("<box><size>0.4 0.2 0.1</size></box>", solid))
+    first, _ = load_solids(tmp_path / "m.sdf", FileFrame(up="z", units="m", shift=np.zeros(3)))
+    assert first.vertices[:, 2].max() == pytest.approx(1.3)
 
 
 def urdf_of(geometry: str) -> str:

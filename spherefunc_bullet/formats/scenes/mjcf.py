@@ -7,7 +7,7 @@ moves or is painted is left out before, as are planes and height fields: they ar
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 from xml.etree import ElementTree
 
@@ -17,15 +17,16 @@ from ...errors import explaining
 from .. import FormatError
 from ..sources import Geometry, Source
 from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive
-from .urdf import mesh_source
+from .urdf import find_mesh, mesh_source
 
 _SECTIONS = ("compiler", "default", "asset", "worldbody")
 _GEOMETRY = ("angle", "coordinate", "eulerseq", "fitaabb")  # of the compiler; its other settings move no geom
 _KEPT = ("body", "geom", "frame", "replicate")  # in a body; others are refused, but for these:
 _LEFT_OUT = ("joint", "freejoint", "inertial", "site", "camera", "light", "plugin")
 _OPAQUE = ("name", "class", "rgba")  # of a material; textures change no shape
+_BESIDE = "beside"  # mark of a mesh until it is found
 _GROUPS = 3  # MuJoCo's viewer shows geoms of the first three groups
-Find = Callable[[str], Source]
+Find = Callable[..., tuple[str, Source]]  # returns the first of several names under which a file is found, and the file
 
 
 def read_mjcf(source: Source) -> Geometry:
@@ -35,12 +36,13 @@ def read_mjcf(source: Source) -> Geometry:
 
 def named_sources(source: Source) -> dict[str, Source]:
     """Return the files that it includes and its meshes, by their names."""
-    named: dict[str, Source] = {}
+    named, folder = {}, source.path.parent
 
-    def find(name: str) -> Source:
+    def find(*names: str) -> tuple[str, Source]:
+        name = next((name for name in names if find_mesh(name, folder)), names[0])
         if name not in named:
-            named[name] = Source(mesh_source(name, source.path.parent).path, "")  # what one includes is no whole model
-        return named[name]
+            named[name] = Source(mesh_source(name, folder).path, "")  # what is included is not compiled by itself
+        return name, named[name]
 
     _model(source, find)
     return named
@@ -50,7 +52,8 @@ def bodies(source: Source, collision: bool) -> Iterator[tuple[str, Part]]:
     """Yield the name of its body and the placed triangles of each geom that is seen, or that collides."""
     import mujoco
 
-    tree, meshes = _model(source, source.named.__getitem__)
+    named = source.named
+    tree, meshes = _model(source, lambda *names: next((name, named[name]) for name in names if name in named))
     files = {name: mesh.data for name, mesh in meshes.items()}
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda line: None)  # it writes warnings to stdout, and to a file in the current folder
@@ -112,7 +115,7 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
     root = plain_xml(source.data)
     if root.tag != "mujoco":
         raise FormatError(f"expected an MJCF, whose root is 'mujoco', got {root.tag[:80]!r}; is it part of a model?")
-    root[:] = [each for each in _included(root, find, set()) if each.tag in _SECTIONS]
+    root[:] = [each for each in _included(root, PurePosixPath(), find, set()) if each.tag in _SECTIONS]
     settings: dict[str, str] = {}
     for compiler in root.iter("compiler"):
         settings |= compiler.attrib
@@ -123,27 +126,40 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
         assets[:] = [each for each in assets if each.tag in ("mesh", "material")]
     for world in root.iter("worldbody"):
         _simplify(world, 1)
+    materials = {material.get("name") for material in root.iter("material")}
+    for painted in root.iter():  # parts of robots are painted in the file that includes them
+        if painted.get("material") not in materials:
+            painted.attrib.pop("material", None)
     meshes = {}
     for mesh in (mesh for mesh in root.iter("mesh") if mesh.get("file")):
-        path = _path(mesh.attrib["file"])
+        path, beside = _path(mesh.attrib["file"]), mesh.attrib.pop(_BESIDE)
         folder = settings.get("meshdir", settings.get("assetdir", ""))
-        given = find(path.name if settings.get("strippath") == "true" else str(PurePosixPath(folder, path)))
+        name = path.name if settings.get("strippath") == "true" else str(PurePosixPath(folder, path))
         mesh.attrib |= {"name": mesh.get("name", path.stem), "file": f"{len(meshes)}{path.suffix}"}
-        meshes[mesh.attrib["file"]] = given
+        _, meshes[mesh.attrib["file"]] = find(name, str(PurePosixPath(beside, path)))
     return root, meshes
 
 
-def _included(element: ElementTree.Element, find: Find, names: set[str]) -> Iterator[ElementTree.Element]:
-    """Yield the children of an element, those of the files that it includes in their places."""
+def _included(
+    element: ElementTree.Element, folder: PurePosixPath, find: Find, paths: set[Path]
+) -> Iterator[ElementTree.Element]:
+    """Yield the children of an element, those of the files that it includes in their places.
+
+    Names are relative to the model's folder, or else to that of the file in which they stand, which meshes are marked
+    with.
+    """
     for child in element:
         if child.tag != "include":
-            child[:] = list(_included(child, find, names))
+            child.attrib |= {_BESIDE: str(folder)} if child.tag == "mesh" and "file" in child.attrib else {}
+            child[:] = list(_included(child, folder, find, paths))
             yield child
-        elif (name := str(_path(child.get("file", "")))) in names:
+            continue
+        given = _path(child.get("file", ""))
+        name, source = find(str(given), str(folder / given))
+        if source.path in paths:
             raise FormatError(f"expected each file to be included once, got {name[:80]!r} again, as MuJoCo refuses")
-        else:
-            names.add(name)
-            yield from _included(plain_xml(find(name).data), find, names)
+        paths.add(source.path)
+        yield from _included(plain_xml(source.data), PurePosixPath(name).parent, find, paths)
 
 
 def _path(name: str) -> PurePosixPath:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import logging
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     import trimesh
 
 MAX_INSTANCES = 10_000  # parts that a scene may show; with nested parts a small file can show billions
+_UNDECLARED = expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]
+_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")  # of the name of an element or an attribute
+_FIRST_TAG = re.compile(rb"<[A-Za-z_][\w.-]*")
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) in the scene's frame, faces (M, 3)
 
 
@@ -82,9 +87,20 @@ class _PlainTree(ElementTree.TreeBuilder):
 
 
 def plain_xml(data: bytes) -> ElementTree.Element:
-    """Return the tree of well-formed XML, or raise FormatError for a document type and for too much text."""
+    """Return the tree of well-formed XML, or raise FormatError for a document type and for too much text.
+
+    Prefixes of names need not be declared, as those of Drake are not.
+    """
     require_text_size(data)
-    return ElementTree.fromstring(data.lstrip(), ElementTree.XMLParser(target=_PlainTree()))
+    try:
+        return ElementTree.fromstring(data.lstrip(), ElementTree.XMLParser(target=_PlainTree()))
+    except ElementTree.ParseError as error:
+        if error.code != _UNDECLARED:
+            raise
+    prefixes = {prefix for prefix in _PREFIX.findall(data) if b"xmlns:" + prefix not in data}
+    declared = b"".join(b' xmlns:%s="%s"' % (prefix, prefix) for prefix in sorted(prefixes))
+    data = _FIRST_TAG.sub(rb"\g<0>" + declared, data.lstrip(), count=1)
+    return ElementTree.fromstring(data, ElementTree.XMLParser(target=_PlainTree()))
 
 
 def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence[str]):

@@ -13,7 +13,7 @@ from ..sources import Geometry, Source
 from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive, scaled
 from .urdf import mesh_part, mesh_source
 
-_KINDS = ("box", "cylinder", "sphere", "mesh", "plane", "empty")  # what is read; planes and what is empty have no part
+_NOT_SOLID = ("mesh", "plane", "empty")  # what is read beside solids; planes and what is empty have no part
 
 
 def read_sdf(source: Source) -> Geometry:
@@ -75,16 +75,20 @@ def _geometry_parts(geometry: ElementTree.Element | None, read: Callable[[str], 
     """Return the parts of one element in its own frame; none for planes."""
     if geometry is None:
         return []
-    names = ("size", "radius", "length", "scale")
+    names = ("size", "radius", "length", "scale", "radii")
     sizes = {name: list(map(float, geometry.findtext(f".//{name}", "").split())) for name in names}
     if geometry.find("box") is not None:
         return [primitive("box", extents=sizes["size"])]
     if geometry.find("cylinder") is not None:
         return [primitive("cylinder", radius=sizes["radius"][0], height=sizes["length"][0])]
+    if geometry.find("capsule") is not None:
+        return [primitive("capsule", radius=sizes["radius"][0], height=sizes["length"][0])]
     if geometry.find("sphere") is not None:
         return [primitive("icosphere", radius=sizes["radius"][0])]
-    odd = [each.tag for each in (*geometry, *geometry.findall("mesh/submesh")) if each.tag not in _KINDS]
+    if geometry.find("ellipsoid") is not None:
+        return [scaled(primitive("icosphere", radius=1.0), sizes["radii"])]
+    odd = [each.tag for each in (*geometry, *geometry.findall("mesh/submesh")) if each.tag not in _NOT_SOLID]
     if odd:
-        raise FormatError(f"expected a box, cylinder, sphere or whole mesh, got {odd[0][:80]}")
+        raise FormatError(f"expected a box, cylinder, capsule, sphere, ellipsoid or whole mesh, got {odd[0][:80]}")
     name = geometry.findtext("mesh/uri")
     return [] if name is None else [scaled(part, sizes["scale"] or None) for part in read(name.strip())]
