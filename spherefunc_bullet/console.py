@@ -34,6 +34,8 @@ _shown: list[str] = []  # the progress bar on the terminal, at most one
 # Arguments that errors of the library name as in Python; on the command line they are options, see `as_options`.
 _ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale", "intrinsics", "color")
 _ARGUMENT = re.compile(rf'\b({"|".join(_ARGUMENTS)})=(?:"([^"]*)"|(?=[\s,;.:)]|$))')
+_RANGES = ("person", "pose_error", "leaf_size", "cluster_tolerance", "min_cluster_size", "max_cluster_size")
+_RANGE = re.compile(rf"(?<![\w/.])({'|'.join(_RANGES)})(?: and ({'|'.join(_RANGES)}))?(?=: expected )")
 # Characters that control terminals or cannot be shown: control characters except tab and line break, marks that change
 # the direction of writing, and bytes in the name of a file that are not text.
 _OBEYED = [*range(9), *range(11, 32), *range(127, 160), 0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
@@ -58,7 +60,10 @@ def as_options(text: str) -> str:
     --------
     >>> as_options('cup.obj: 300 m wide; in millimetres? units="mm"'), as_options("expected topic=, one of a, b")
     ('cup.obj: 300 m wide; in millimetres? --units mm', 'expected --topic, one of a, b')
+    >>> as_options("leaf_size: expected more than 0 and at most 1, got 99.0")
+    '--leaf-size: expected more than 0 and at most 1, got 99.0'
     """
+    text = _RANGE.sub(lambda found: " and ".join(f"--{name.replace('_', '-')}" for name in found.groups() if name), text)
     return _ARGUMENT.sub(lambda found: f"--{found[1].replace('_', '-')} {found[2] or ''}".rstrip(), text)
 
 

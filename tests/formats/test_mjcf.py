@@ -129,7 +129,8 @@ def test_what_is_painted_or_driven_need_not_be_there(tmp_path):
     [
         ("<composite type='cable' count='9 1 1'/>", "", "expected bodies of rigid geoms, got 'composite'"),
         ("<geom type='box'/>", "", "expected an MJCF that MuJoCo compiles; Error: size 0"),
-        ("<geom type='plane' size='1 1 1'/>", "", "is it empty?"),
+        ("<geom type='plane' size='1 1 1'/>", "", "expected visible geoms beside planes, found none"),
+        (MET.format(3), "", "has it collision geometry alone?"),
         (3 * "<replicate count='100'>" + MET.format(0) + 3 * "</replicate>", "", "at most 10,000 copies of a body"),
         ("", "<include file='a.xml'/>", "expected each file to be included once, got 'a.xml' again"),
         ("", "<include file='/etc/passwd'/>", "expected what it names in its own folder or its package"),

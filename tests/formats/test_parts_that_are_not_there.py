@@ -33,6 +33,13 @@ def test_a_urdf_that_was_expanded_may_still_name_the_language(tmp_path):
     assert len(read_geometry(path).faces) == 12
 
 
+def test_a_urdf_of_collision_geometry_alone_is_not_called_empty(tmp_path):
+    (tmp_path / "box.urdf").write_text(f'<robot name="a">{BOX.format("b").replace("visual", "collision")}</robot>')
+    assert refused(tmp_path / "box.urdf").endswith(
+        "expected visible parts, found none; has it collision geometry alone?"
+    )
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
 def test_prefixes_of_names_need_not_be_declared(tmp_path, encoding):
     """Drake's are not, in its own URDFs."""

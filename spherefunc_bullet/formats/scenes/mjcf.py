@@ -16,7 +16,7 @@ import numpy as np
 from ...errors import explaining
 from .. import FormatError
 from ..sources import Geometry, Source
-from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive
+from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive
 from .urdf import find_mesh, mesh_source
 
 _SECTIONS = ("compiler", "default", "asset", "worldbody")
@@ -31,7 +31,7 @@ Find = Callable[..., tuple[str, Source]]  # returns the first of several names u
 
 def read_mjcf(source: Source) -> Geometry:
     """Return the vertices (N, 3), metres, and triangles (M, 3) of all geoms that are seen."""
-    return joined([part for _, part in bodies(source, collision=False)])
+    return joined([part for _, part in bodies(source, collision=False)], "visible geoms beside planes", SEEN[1])
 
 
 def named_sources(source: Source) -> dict[str, Source]:

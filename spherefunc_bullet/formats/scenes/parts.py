@@ -20,6 +20,7 @@ from ..sources import Geometry, joined_meshes
 if TYPE_CHECKING:
     import trimesh
 
+SEEN = ("visible parts", "has it collision geometry alone?")  # what `joined` expects of robots
 MAX_INSTANCES = 10_000  # parts that a scene may show; with nested parts a small file can show billions
 _UNDECLARED = expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")  # of the name of an element or an attribute
@@ -27,10 +28,12 @@ _FIRST_TAG = re.compile(rb"<[A-Za-z_][\w.-]*")
 Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) in the scene's frame, faces (M, 3)
 
 
-def joined(parts: Sequence[Part]) -> Geometry:
+def joined(
+    parts: Sequence[Part], expected: str = "a mesh or points in its scene", hint: str = "is it empty?"
+) -> Geometry:
     """Return parts as one object, or raise FormatError if there are none."""
     if not parts:
-        raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
+        raise FormatError(f"expected {expected}, found none; {hint}")
     return Geometry(*joined_meshes(parts))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import FormatError
 from ..sources import Geometry, Source
-from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive, scaled
+from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive, scaled
 from .urdf import mesh_part, mesh_source
 
 _NOT_SOLID = ("mesh", "plane", "empty")  # what is read beside solids; planes and what is empty have no part
@@ -22,7 +22,7 @@ def read_sdf(source: Source) -> Geometry:
     parts = [part for _, part in link_parts(source, "visual", read)]
     if len(parts) > MAX_INSTANCES:
         raise FormatError(f"expected at most {MAX_INSTANCES:,} visible parts, got {len(parts):,}; join them")
-    return joined(parts)
+    return joined(parts, *SEEN)
 
 
 def named_sources(source: Source) -> dict[str, Source]:

@@ -22,7 +22,7 @@ import numpy as np
 
 from .. import FormatError
 from ..sources import Geometry, Source, inside, read_geometry
-from .parts import MAX_INSTANCES, Part, joined, plain_xml, primitive, scaled
+from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive, scaled
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -91,7 +91,7 @@ def read_urdf(source: Source) -> Geometry:
             parts.append((transform_points(vertices, pose @ T_link_visual), faces))
             if len(parts) > MAX_INSTANCES:
                 raise FormatError(f"expected at most {MAX_INSTANCES:,} visible parts, got more; join them")
-    return joined(parts)
+    return joined(parts, *SEEN)
 
 
 def robot_of(tree: ElementTree.Element) -> yourdfpy.URDF:
