@@ -63,7 +63,9 @@ def as_options(text: str) -> str:
     >>> as_options("leaf_size: expected more than 0 and at most 1, got 99.0")
     '--leaf-size: expected more than 0 and at most 1, got 99.0'
     """
-    text = _RANGE.sub(lambda found: " and ".join(f"--{name.replace('_', '-')}" for name in found.groups() if name), text)
+    text = _RANGE.sub(
+        lambda found: " and ".join(f"--{name.replace('_', '-')}" for name in found.groups() if name), text
+    )
     return _ARGUMENT.sub(lambda found: f"--{found[1].replace('_', '-')} {found[2] or ''}".rstrip(), text)
 
 

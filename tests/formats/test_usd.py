@@ -148,6 +148,18 @@ def test_a_stage_without_a_part_of_it_is_refused(tmp_path, reference):
         ("Cylinder", 'double height = 30\n    double radius = 5\n    token axis = "X"', "Z", (0.3, 0.1, 0.1)),
         ("Cylinder", 'double height = 30\n    double radius = 5\n    token axis = "Y"', "Y", (0.1, 0.1, 0.3)),
         ("Capsule", "double height = 30\n    double radius = 5", "Z", (0.1, 0.1, 0.4)),
+        (
+            "Capsule_1",
+            "double height = 30\n    double radiusTop = 5\n    double radiusBottom = 5",
+            "Z",
+            (0.1, 0.1, 0.4),
+        ),
+        (
+            "Cylinder_1",
+            "double height = 30\n    double radiusTop = 5\n    double radiusBottom = 5",
+            "Z",
+            (0.1, 0.1, 0.3),
+        ),
         ("Cone", "double height = 30\n    double radius = 5", "Z", (0.1, 0.1, 0.3)),
         ("Sphere", "double radius = 5", "Z", (0.1, 0.1, 0.1)),
         ("Cube", "", "Z", (0.02, 0.02, 0.02)),  # 2 units, as the standard says
@@ -212,7 +224,12 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path):
     path = tmp_path / "a.usda"
     path.write_text(SOLID % ("Z", "PointInstancer", ""))
     assert "PointInstancer" in refusal(path)
-    path.write_text(SOLID % ("Z", "Xform", ""))
-    assert "is it empty?" in refusal(path)
+    for nothing in ("Xform", "Plane"):
+        path.write_text(SOLID % ("Z", nothing, ""))
+        assert "is it empty?" in refusal(path)
+    path.write_text(SOLID % ("Z", "Cylinder_1", "double radiusTop = 5\n    double radiusBottom = 4"))
+    assert "a Cylinder_1 of two radii, /" in refusal(path)
+    path.write_text(SOLID % ("Z", "NurbsPatch", ""))
+    assert "a NurbsPatch, /" in refusal(path)
     path.write_text(box_as_usd().replace("faceVertexIndices = [", "faceVertexIndices = [99, "))
     assert "faces of other points" in refusal(path)

@@ -21,8 +21,9 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 MOST_BYTES = 4 << 30  # of memory
 MOST_PRIMS = 100_000  # a small file can show billions, by references to references
 FIRST = Usd.TimeCode.EarliestTime()  # of an animation
-SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
+SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone", "Cylinder_1", "Capsule_1")
 POINT_BASED = ("Mesh", "TetMesh", "Points")
+NO_SURFACES = ("Plane", "BasisCurves", "NurbsCurves", "HermiteCurves")  # the ground, and hair
 Polygons = tuple[np.ndarray, np.ndarray, np.ndarray]  # points (N, 3), counts (P,), corners (C,)
 
 
@@ -34,13 +35,13 @@ def layers_of(path: str) -> tuple[list[str], list[str]]:
 
 
 def drawn_parts(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    """Yield the meshes, clouds and solids of a stage, also those of instances."""
+    """Yield the meshes, clouds, solids and other surfaces of a stage, also those of instances."""
     for count, prim in enumerate(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))):
         if count == MOST_PRIMS:
             raise ValueError(f"more than {MOST_PRIMS:,} prims")
         if prim.IsA(UsdGeom.PointInstancer):
             raise ValueError(f"a PointInstancer, {prim.GetPath()}; save it with separate parts")
-        if prim.GetTypeName() in (*SOLIDS, *POINT_BASED):
+        if prim.IsA(UsdGeom.Gprim) and prim.GetTypeName() not in NO_SURFACES:
             yield prim
 
 
@@ -67,6 +68,8 @@ def collision_of(prim: Usd.Prim) -> dict[str, object]:
 
 def polygons_of(prim: Usd.Prim) -> Polygons:
     """Return the polygons of a mesh, before it is subdivided, counterclockwise seen from outside; of a cloud none."""
+    if prim.GetTypeName() not in POINT_BASED:
+        raise ValueError(f"a {prim.GetTypeName()}, {prim.GetPath()}; save it as a mesh")
     mesh = UsdGeom.Mesh(prim)
     points = values(UsdGeom.PointBased(prim).GetPointsAttr(), np.float64).reshape(-1, 3)
     counts = values(mesh.GetFaceVertexCountsAttr(), np.int64)
@@ -93,11 +96,14 @@ def turned_over(polygons: Polygons) -> Polygons:
 
 def solid_of(prim: Usd.Prim) -> dict[str, object]:
     """Return the kind of a solid, its sizes, and its axis."""
-    sizes = {
-        name: prim.GetAttribute(name).Get(FIRST) for name in ("size", "radius", "height") if prim.HasAttribute(name)
-    }
+    names = ("size", "radius", "height", "radiusTop", "radiusBottom")
+    sizes = {name: prim.GetAttribute(name).Get(FIRST) for name in names if prim.HasAttribute(name)}
+    if "radiusTop" in sizes:
+        sizes["radius"], bottom = sizes.pop("radiusTop"), sizes.pop("radiusBottom")
+        if sizes["radius"] != bottom:
+            raise ValueError(f"a {prim.GetTypeName()} of two radii, {prim.GetPath()}; save it as a mesh")
     axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else "Z"
-    return {"kind": prim.GetTypeName().lower(), "axis": axis, **sizes}
+    return {"kind": prim.GetTypeName().lower().removesuffix("_1"), "axis": axis, **sizes}
 
 
 def box_around(points: np.ndarray) -> np.ndarray:
