@@ -126,7 +126,7 @@ def render(
     if behind.any():
         colours = sphere_colours(centers[:, 2], FLAT * radius) if colours is None else colours
         parts.append(ball_part(centers[behind], radius, colours[behind]))
-    image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
+    image, nearest = ground_image(rays, parts, view, (low, high)), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
         # Balls are drawn whole, since none is cut; of the object only the part behind the plane is drawn.
         begun = rays if part.centers is not None else rays.beyond_cut(view, (low + high) / 2)
@@ -242,9 +242,17 @@ def shadowed(parts: list[PicturePart], where: np.ndarray, normals: np.ndarray, v
     return blocked
 
 
-def ground_image(rays: Rays, parts: list[PicturePart], view: CameraView) -> np.ndarray:
-    """Return the ground plane with the shadows on it as an image (H, W, 3)."""
+def ground_image(
+    rays: Rays, parts: list[PicturePart], view: CameraView, shown: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Return the ground plane with the shadows on it as an image (H, W, 3).
+
+    They fade within half of the largest extent of the box that is shown, so that none ends at the edge of the picture.
+    """
     where = rays.places(-rays.origins[..., 2] / rays.directions[..., 2])
     upward = np.broadcast_to([0.0, 0.0, 1.0], where.shape)
     dark = shadowed(parts, where, upward, replace(view, cut=False))
-    return np.where(dark[..., None], GROUND_COLOUR * 0.82, GROUND_COLOUR)
+    low, high = shown
+    beside = np.maximum(np.maximum(low - where, where - high), 0)[..., :2]
+    left = np.clip(1 - 2 * np.linalg.norm(beside, axis=-1) / (high - low).max(), 0, 1)
+    return GROUND_COLOUR * (1 - 0.18 * (dark * left)[..., None])
