@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import trimesh
@@ -31,16 +33,18 @@ def refused(path) -> str:
     return str(error.value)
 
 
-SEEN = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" group="{0}"/>'
+SEEN = '<geom type="box" size="0.3 0.4 0.5" contype="0" conaffinity="0" group="{0}"/>'
 MET = '<geom type="box" size="0.5 0.5 0.5" group="{0}"/>'
 
 
 @pytest.mark.parametrize(
     ("geoms", "seen"),
     [
-        (SEEN.format(1) + MET.format(0), [0.2, 0.4, 0.6]),  # as robosuite writes its objects
-        (SEEN.format(2) + MET.format(3), [0.2, 0.4, 0.6]),  # as MuJoCo's own collection of robots
+        (SEEN.format(1) + MET.format(0), [0.6, 0.8, 1.0]),  # as robosuite writes its objects
+        (SEEN.format(2) + MET.format(3), [0.6, 0.8, 1.0]),  # as MuJoCo's own collection of robots
         (SEEN.format(0) + MET.format(0), [1.0, 1.0, 1.0]),  # a mark on what is seen and met
+        (SEEN.format(1).replace("0.5", "0.01") + MET.format(0), [0.6, 0.8, 0.02]),
+        (SEEN.format(1).replace("0.3 0.4 0.5", "0.1 0.1 0.01") + MET.format(0), [1.0, 1.0, 1.0]),  # a mark
         (MET.format(0) + '<geom type="box" size="1 1 1" rgba="1 0 0 0"/>', [1.0, 1.0, 1.0]),
         (MET.format(0) + '<geom type="plane" size="9 9 1"/>', [1.0, 1.0, 1.0]),
     ],
@@ -132,6 +136,11 @@ def test_what_is_painted_or_driven_need_not_be_there(tmp_path):
         ("<geom type='plane' size='1 1 1'/>", "", "expected visible geoms beside planes, found none"),
         (MET.format(3), "", "has it collision geometry alone?"),
         (3 * "<replicate count='100'>" + MET.format(0) + 3 * "</replicate>", "", "at most 10,000 copies of a body"),
+        (f"<replicate count='5001'>{2 * MET.format(0)}</replicate>", "", "at most 10,000 geoms"),
+        ("<replicate count='x'/>", "", "expected a whole number of copies, got 'x'"),
+        (MET.format(0), "<deformable><flex name='a'/></deformable>", "got 'flex', which is not read"),
+        ("", "<include/>", "expected the name of a file, got '.'"),
+        ("", "<include file='b.stl'/>", "b.stl: expected a STL file, could not read it (ParseError"),
         ("", "<include file='a.xml'/>", "expected each file to be included once, got 'a.xml' again"),
         ("", "<include file='/etc/passwd'/>", "expected what it names in its own folder or its package"),
         ("<geom mesh='b' type='mesh'/>", "<asset><mesh file='../b.stl'/></asset>", "in its own folder"),
@@ -140,7 +149,9 @@ def test_what_is_painted_or_driven_need_not_be_there(tmp_path):
 )
 def test_what_is_not_read_is_refused_in_one_line(tmp_path, monkeypatch, capfd, world, more, words):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "b.stl").write_bytes(trimesh.creation.box().export(file_type="stl"))
+    (tmp_path / "in").mkdir()
+    for place in (tmp_path, tmp_path / "in"):
+        (place / "b.stl").write_bytes(trimesh.creation.box().export(file_type="stl"))
     assert words in refused(write(tmp_path / "in" / "a.xml", world, more))
     assert capfd.readouterr() == ("", "") and {each.name for each in tmp_path.iterdir()} == {"in", "b.stl"}
 
@@ -148,3 +159,10 @@ def test_what_is_not_read_is_refused_in_one_line(tmp_path, monkeypatch, capfd, w
 def test_another_kind_of_xml_is_called_what_it_is(tmp_path):
     (tmp_path / "package.xml").write_text("<package format='3'/>")
     assert "expected an MJCF, whose root is 'mujoco', got 'package'" in refused(tmp_path / "package.xml")
+
+
+def test_threads_leave_the_warnings_of_mujoco_as_they_were(tmp_path):
+    path = write(tmp_path / "a.xml", MET.format(0))
+    with ThreadPoolExecutor(4) as threads:
+        assert set(threads.map(lambda _: len(read_geometry(path).faces), range(100))) == {12}
+    assert mujoco.get_mju_user_warning() is None

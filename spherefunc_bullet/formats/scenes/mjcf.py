@@ -6,7 +6,9 @@ moves or is painted is left out before, as are planes and height fields: they ar
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 from xml.etree import ElementTree
@@ -15,6 +17,7 @@ import numpy as np
 
 from ...errors import explaining
 from .. import FormatError
+from ..files import refusing
 from ..sources import Geometry, Source
 from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive
 from .urdf import find_mesh, mesh_source
@@ -26,6 +29,7 @@ _LEFT_OUT = ("joint", "freejoint", "inertial", "site", "camera", "light", "plugi
 _OPAQUE = ("name", "class", "rgba")  # of a material; textures change no shape
 _BESIDE = "beside"  # mark of a mesh until it is found
 _GROUPS = 3  # MuJoCo's viewer shows geoms of the first three groups
+_COMPILING = threading.Lock()
 Find = Callable[..., tuple[str, Source]]  # returns the first of several names under which a file is found, and the file
 
 
@@ -55,13 +59,8 @@ def bodies(source: Source, collision: bool) -> Iterator[tuple[str, Part]]:
     named = source.named
     tree, meshes = _model(source, lambda *names: next((name, named[name]) for name in names if name in named))
     files = {name: mesh.data for name, mesh in meshes.items()}
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda line: None)  # it writes warnings to stdout, and to a file in the current folder
-    try:
-        with explaining("expected an MJCF that MuJoCo compiles", ValueError, why="; "):
-            model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, encoding="unicode"), files)
-    finally:
-        mujoco.set_mju_user_warning(before)
+    with _COMPILING, _without_warnings(), explaining("expected an MJCF that MuJoCo compiles", ValueError, why="; "):
+        model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, encoding="unicode"), files)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     for geom in np.flatnonzero(_colliding(model) if collision else _seen(model)):
@@ -70,19 +69,37 @@ def bodies(source: Source, collision: bool) -> Iterator[tuple[str, Part]]:
             yield model.body(body).name or f"body {body}", (place + data.geom_xpos[geom], part[1])
 
 
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Keep MuJoCo's warnings, of the whole process, from stdout and from a file that it makes in the current folder."""
+    import mujoco
+
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda line: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 def _colliding(model: Any) -> np.ndarray:
     return (model.geom_contype > 0) | (model.geom_conaffinity > 0)
 
 
 def _seen(model: Any) -> np.ndarray:
-    """Return which geoms are seen (G,): of a body with geoms that are only shown, those of the groups of these."""
+    """Return which geoms are seen (G,): of a body with geoms that are only shown, those of the groups of these.
+
+    If they are less than half as large as what collides, they are marks on it, and all is seen.
+    """
     hidden = (model.geom_rgba[:, 3] == 0) | (model.geom_group >= _GROUPS)
     if model.nmat:
         hidden |= (model.geom_matid >= 0) & (model.mat_rgba[model.geom_matid, 3] == 0)
     seen, only_shown = ~hidden, ~hidden & ~_colliding(model)
     for body in np.unique(model.geom_bodyid[only_shown]):
-        of_body = model.geom_bodyid == body
-        seen &= ~of_body | np.isin(model.geom_group, model.geom_group[of_body & only_shown])
+        of_body = seen & (model.geom_bodyid == body)
+        stand_ins = of_body & ~np.isin(model.geom_group, model.geom_group[of_body & only_shown])
+        if model.geom_rbound[of_body & ~stand_ins].max() >= model.geom_rbound[stand_ins].max(initial=0) / 2:
+            seen &= ~stand_ins
     return seen
 
 
@@ -115,7 +132,10 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
     root = plain_xml(source.data)
     if root.tag != "mujoco":
         raise FormatError(f"expected an MJCF, whose root is 'mujoco', got {root.tag[:80]!r}; is it part of a model?")
-    root[:] = [each for each in _included(root, PurePosixPath(), find, set()) if each.tag in _SECTIONS]
+    sections = list(_included(root, PurePosixPath(), find, set()))
+    if any(section.find("flex") is not None for section in sections if section.tag == "deformable"):
+        raise FormatError("expected bodies of rigid geoms, got 'flex', which is not read")
+    root[:] = [section for section in sections if section.tag in _SECTIONS]
     settings: dict[str, str] = {}
     for compiler in root.iter("compiler"):
         settings |= compiler.attrib
@@ -124,8 +144,8 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
         _keep(material, _OPAQUE)
     for assets in root.iter("asset"):
         assets[:] = [each for each in assets if each.tag in ("mesh", "material")]
-    for world in root.iter("worldbody"):
-        _simplify(world, 1)
+    if sum(_simplify(world, 1) for world in root.iter("worldbody")) > MAX_INSTANCES:
+        raise FormatError(f"expected at most {MAX_INSTANCES:,} geoms, got more; join them")
     materials = {material.get("name") for material in root.iter("material")}
     for painted in root.iter():  # parts of robots are painted in the file that includes them
         if painted.get("material") not in materials:
@@ -159,7 +179,8 @@ def _included(
         if source.path in paths:
             raise FormatError(f"expected each file to be included once, got {name[:80]!r} again, as MuJoCo refuses")
         paths.add(source.path)
-        yield from _included(plain_xml(source.data), PurePosixPath(name).parent, find, paths)
+        with refusing(source.path):
+            yield from list(_included(plain_xml(source.data), PurePosixPath(name).parent, find, paths))
 
 
 def _path(name: str) -> PurePosixPath:
@@ -173,14 +194,18 @@ def _keep(element: ElementTree.Element, names: tuple[str, ...]):
     element[:] = []
 
 
-def _simplify(element: ElementTree.Element, copies: int):
-    """Remove what is no geometry from a body and all bodies in it; ``copies`` of it are made."""
-    if copies > MAX_INSTANCES:
-        raise FormatError(f"expected at most {MAX_INSTANCES:,} copies of a body, got {copies:,}; join them")
+def _simplify(element: ElementTree.Element, copies: int) -> int:
+    """Remove what is no geometry from a body of which there are ``copies``, and return the number of its geoms."""
     element[:] = [child for child in element if child.tag not in _LEFT_OUT and "hfield" not in child.attrib]
+    count = 0
     for child in element:
         if child.tag not in _KEPT:
             raise FormatError(f"expected bodies of rigid geoms, got {child.tag[:80]!r}, which is not read")
+        with explaining(f"expected a whole number of copies, got {child.get('count', '')[:80]!r}", ValueError):
+            inner = copies * int(child.get("count", 1))
+        if inner > MAX_INSTANCES:
+            raise FormatError(f"expected at most {MAX_INSTANCES:,} copies of a body, got {inner:,}; join them")
         if child.tag == "geom":
             child[:] = []
-        _simplify(child, copies * int(child.get("count", 1)))
+        count += copies if child.tag == "geom" else _simplify(child, inner)
+    return count

@@ -1,9 +1,12 @@
-"""SDF, the format of Gazebo: what the links of one model show, or collide with, with every joint at zero."""
+"""SDF, the format of Gazebo: what the links of one model show, or collide with, with every joint at zero.
+
+What is transparent is not seen, as in Gazebo.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from xml.etree import ElementTree
 
 import numpy as np
@@ -42,14 +45,37 @@ def link_parts(source: Source, kind: str, read: Callable[[str], Sequence[Part]])
     read : callable
         Returns the parts of a mesh by its name.
     """
-    tree = plain_xml(source.data)
-    if (others := sum(1 for tag in ("model", "include") for _ in tree.iter(tag)) - 1) > 0:
-        raise FormatError(f"expected one model, got {others} more in it or beside it; join them")
-    for link in tree.findall(".//model/link"):
+    model = _model_of(source)
+    place = _pose_of(model, "world")
+    for link in model.findall("link"):
+        T_link = place @ _pose_of(link, "__model__")
         for node in link.findall(kind):
-            place = _pose_of(link, "__model__") @ _pose_of(node, link.get("name", ""))
+            if _is_transparent(node):
+                continue
+            T_part = T_link @ _pose_of(node, link.get("name", ""))
             for vertices, faces in _geometry_parts(node.find("geometry"), read):
-                yield link.get("name", source.path.stem), (vertices @ place[:3, :3].T + place[:3, 3], faces)
+                yield link.get("name", source.path.stem), (vertices @ T_part[:3, :3].T + T_part[:3, 3], faces)
+
+
+def _model_of(source: Source) -> ElementTree.Element:
+    """Return the only model of an SDF, which may be in a world."""
+    tree = plain_xml(source.data)
+    models = [*tree.findall("model"), *tree.findall("world/model"), *tree.findall("include")]
+    inner = [each for model in models for tag in ("model", "include") for each in model.findall(tag)]
+    inner += tree.findall("world/include")
+    if tree.tag != "sdf" or not models:
+        raise FormatError(f"expected an SDF with a model, got a {tree.tag[:80]!r} without one")
+    if len(models) + len(inner) > 1:
+        raise FormatError(f"expected one model, got {len(models) + len(inner) - 1} more in it or beside it; join them")
+    if models[0].tag == "include":
+        raise FormatError("expected a model, got one that is included; name its own file")
+    return models[0]
+
+
+def _is_transparent(node: ElementTree.Element) -> bool:
+    """Return whether nothing is seen of a visual."""
+    colour = node.findtext("material/diffuse", "").split()
+    return float(node.findtext("transparency", "0")) >= 1 or (len(colour) == 4 and float(colour[3]) == 0)
 
 
 def _pose_of(node: ElementTree.Element, parent: str) -> np.ndarray:
@@ -57,11 +83,16 @@ def _pose_of(node: ElementTree.Element, parent: str) -> np.ndarray:
     from trimesh.transformations import euler_matrix, quaternion_matrix
 
     pose = node.find("pose")
-    if pose is None or not (values := [float(word) for word in (pose.text or "").split()]):
+    if pose is None:
         return np.eye(4)
-    if (other := pose.get("relative_to", parent)) not in ("", parent):
+    if (other := pose.get("relative_to") or pose.get("frame") or parent) != parent:
         raise FormatError(f"expected poses in the frame of their parent, got one relative to {other[:80]!r}")
-    if pose.get("rotation_format") == "quat_xyzw":
+    values, is_quaternion = list(map(float, (pose.text or "").split())), pose.get("rotation_format") == "quat_xyzw"
+    if not values:
+        return np.eye(4)
+    if len(values) != 6 + is_quaternion:
+        raise FormatError(f"expected poses of {6 + is_quaternion} numbers, got one of {len(values)}")
+    if is_quaternion:
         x, y, z, w = values[3:]
         matrix = quaternion_matrix([w, x, y, z])
     else:
@@ -75,20 +106,28 @@ def _geometry_parts(geometry: ElementTree.Element | None, read: Callable[[str], 
     """Return the parts of one element in its own frame; none for planes."""
     if geometry is None:
         return []
-    names = ("size", "radius", "length", "scale", "radii")
-    sizes = {name: list(map(float, geometry.findtext(f".//{name}", "").split())) for name in names}
+    sizes = partial(_sizes, geometry)
     if geometry.find("box") is not None:
-        return [primitive("box", extents=sizes["size"])]
-    if geometry.find("cylinder") is not None:
-        return [primitive("cylinder", radius=sizes["radius"][0], height=sizes["length"][0])]
-    if geometry.find("capsule") is not None:
-        return [primitive("capsule", radius=sizes["radius"][0], height=sizes["length"][0])]
+        return [primitive("box", extents=sizes("box/size", 3))]
+    for kind in ("cylinder", "capsule"):
+        if geometry.find(kind) is not None:
+            (radius,), (length,) = sizes(f"{kind}/radius", 1), sizes(f"{kind}/length", 1)
+            return [primitive(kind, radius=radius, height=length)]
     if geometry.find("sphere") is not None:
-        return [primitive("icosphere", radius=sizes["radius"][0])]
+        return [primitive("icosphere", radius=sizes("sphere/radius", 1)[0])]
     if geometry.find("ellipsoid") is not None:
-        return [scaled(primitive("icosphere", radius=1.0), sizes["radii"])]
+        return [scaled(primitive("icosphere", radius=1.0), sizes("ellipsoid/radii", 3))]
     odd = [each.tag for each in (*geometry, *geometry.findall("mesh/submesh")) if each.tag not in _NOT_SOLID]
     if odd:
         raise FormatError(f"expected a box, cylinder, capsule, sphere, ellipsoid or whole mesh, got {odd[0][:80]}")
     name = geometry.findtext("mesh/uri")
-    return [] if name is None else [scaled(part, sizes["scale"] or None) for part in read(name.strip())]
+    scale = None if geometry.find("mesh/scale") is None else sizes("mesh/scale", 3)
+    return [] if name is None else [scaled(part, scale) for part in read(name.strip())]
+
+
+def _sizes(geometry: ElementTree.Element, path: str, count: int) -> list[float]:
+    """Return the numbers of an element of a geometry."""
+    values = list(map(float, geometry.findtext(path, "").split()))
+    if len(values) != count:
+        raise FormatError(f"expected {count} numbers as {path}, got {len(values)}")
+    return values

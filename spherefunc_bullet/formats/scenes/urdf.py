@@ -122,6 +122,8 @@ def named_sources(source: Source) -> dict[str, Source]:
 
 def mesh_source(name: str, folder: Path) -> Source:
     """Return the source of a mesh, or of another file, that a file in ``folder`` names; see `find_mesh`."""
+    if not name.strip("./ "):
+        raise FormatError(f"expected the name of a file, got {name[:80]!r}")
     target = find_mesh(name, folder)
     if target is None or target.suffix.lower() in _NAMING_MESHES:
         places = f"put them beside it, or name their package's folder in {PACKAGE_PATH}"
