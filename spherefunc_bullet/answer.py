@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
 from .classification import Decision, classify_by_all
 from .clouds.cloud import Cloud
-from .clouds.conversion import Anything, as_cloud, holds_several, without_table
+from .clouds.conversion import Anything, as_cloud, held_copy, holds_several, without_table
 from .formats.units import BY_FILE
 from .learning.model_file import models_for
 from .settling.cached_runs import CloudObject
@@ -129,6 +129,10 @@ def classify(anything: list[Anything], **how: Unpack[Options]) -> list[Answer]: 
 
 
 @overload
+def classify(anything: Iterator[Anything], **how: Unpack[Options]) -> list[Answer]: ...
+
+
+@overload
 def classify(anything: dict[str, Anything], **how: Unpack[Options]) -> dict[str, Answer]: ...
 
 
@@ -196,10 +200,13 @@ def classify(
     named = isinstance(anything, Mapping)
     answers, items = [], anything.values() if named else anything if several else [anything]
     for number, item in enumerate(items):
-        cloud = as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
+        name = f"object {number}" if several else None
+        item = held_copy(item, name or "cloud")
+        cloud = as_cloud(item, units=units, up=up, name=name)
         started = time.perf_counter()
         answer = answer_of(cloud.name, classify_by_all(partial(target_of, cloud, cache), models), explain)
-        answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
+        seconds = round(time.perf_counter() - started, 3)
+        answers.append(replace(answer, source=(item, units, up), seconds=seconds))
     if named:
         return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]

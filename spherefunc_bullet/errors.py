@@ -157,7 +157,8 @@ def require_amount(
     bounds += [f"at most {most:g}"] if most < math.inf else []
     kind = "a whole number" if whole else "a finite number" if finite else "a number"
     limits = " of ".join(filter(None, ["" if right and bounds else kind, " and ".join(bounds)]))
-    raise InputError(f"{name}: expected {limits}, got {one_line(repr(value)):.200}")
+    shown = value.item() if hasattr(value, "item") and not getattr(value, "ndim", 0) else value  # -1, not np.int64(-1)
+    raise InputError(f"{name}: expected {limits}, got {one_line(repr(shown)):.200}")
 
 
 def one_line(value: object) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
-from spherefunc_bullet.errors import CheckedSettings, InputError, amount, warn_renamed
+from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explaining, one_line, warn_renamed
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
@@ -153,6 +153,10 @@ def together(
     InputError
         If there are fewer than two, one cannot be used, or nothing carries it where it is put.
     """
+    with explaining("expected a list of pairs (object, Placement)", TypeError, ValueError):
+        objects = [(item, placement) for item, placement in objects]
+    if odd := [placement for _, placement in objects if not isinstance(placement, Placement)]:
+        raise InputError(f"expected a Placement for each object, got {one_line(repr(odd[0])):.80}")
     if len(objects) < FEWEST:
         raise InputError(f"expected at least two objects to stand together, got {len(objects)}")
     clouds = [as_cloud(item, units=units, up=up, name=f"object {k}") for k, (item, _) in enumerate(objects, 1)]

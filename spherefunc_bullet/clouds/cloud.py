@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -118,8 +118,17 @@ class Cloud:
 
     def to_neighbour(self, rank: int) -> float:
         """Return the median distance from a point to its neighbour of a rank, metres; see `spacing`."""
+        return float(np.median(self.some_to_neighbour(rank))) or self.distinct.to_neighbour(rank)
+
+    def some_to_neighbour(self, rank: int) -> np.ndarray:
+        """Return the distances (S,) from a regular choice of points to their neighbours of a rank, metres."""
         step = max(1, len(self.points) // _SPACING_POINTS)
-        return float(np.median(self.tree.query(self.points[::step], k=rank + 1)[0][:, rank]))
+        return self.tree.query(self.points[::step], k=rank + 1)[0][:, rank]
+
+    @property
+    def distinct(self) -> Cloud:
+        """The cloud with each point once; programs repeat points to fill arrays."""
+        return self.cached("distinct", lambda: replace(self, points=np.unique(self.points, axis=0)))
 
 
 def _require_points(points: ArrayLike, name: str) -> np.ndarray:
@@ -129,8 +138,7 @@ def _require_points(points: ArrayLike, name: str) -> np.ndarray:
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     if len(points) < MIN_POINTS:
-        problem = f"got {len(points)}; is it empty, cut off or too small?"
-        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {problem}")
+        raise InputError(f"{name}: expected at least {MIN_POINTS} points, got {len(points)}; is it empty or cut off?")
     if not np.isfinite(points).all():
         broken = int((~np.isfinite(points)).any(axis=1).sum())
         raise InputError(f"{name}: expected finite points, got NaN or infinity in {broken}; drop those first")
@@ -138,12 +146,7 @@ def _require_points(points: ArrayLike, name: str) -> np.ndarray:
 
 
 def placed(points: np.ndarray) -> np.ndarray:
-    """Return points moved so that their bounding box is centred on the z axis and rests on z = 0.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres
-    """
+    """Return points (N, 3), metres, moved so that their bounding box is centred on the z axis and rests on z = 0."""
     return points - centre_on_ground(points)
 
 
@@ -266,7 +269,7 @@ def load_cloud(
     InputError
         If the file cannot be used; the message is one line and starts with the file's name.
     """
-    source = as_source(file)
+    source = as_source(file if isinstance(file, Source) else Path(file).expanduser())
     return cloud_of(read_geometry(source), source.path, up=up, units=units, max_gap=max_gap, report=report)
 
 

@@ -97,13 +97,34 @@ def geometry_of(anything: Anything, name: str) -> Geometry:
     if isinstance(anything, str | Path):
         return read_geometry(Path(anything).expanduser())
     if is_mesh_pair(anything):
-        return Geometry(as_numbers(anything[0], name), np.asarray(anything[1], dtype=np.int64))
+        return Geometry(as_numbers(anything[0], name), as_triangles(anything[1], name))
     held = anything
     for flatten in ("to_legacy", "to_mesh"):  # Open3D's tensor geometries, trimesh's scenes
         held = getattr(held, flatten)() if hasattr(held, flatten) and not hasattr(held, "faces") else held
+    if hasattr(anything, "graph") and not len(held.faces):  # trimesh's scene of clouds
+        from ..formats.scenes.parts import joined, parts_of
+
+        return joined(parts_of(anything, "vertices"))
     vertices = getattr(held, "vertices", getattr(held, "points", held))
     faces = getattr(held, "faces", getattr(held, "triangles", ()))
-    return Geometry(as_numbers(vertices, name), np.asarray(faces, dtype=np.int64).reshape(-1, 3))
+    return Geometry(as_numbers(vertices, name), as_triangles(faces, name))
+
+
+def held_copy(anything: Anything, name: str) -> Anything:
+    """Return a path or a `Cloud` as it is, and of other objects a copy, since callers use an array for many objects."""
+    if isinstance(anything, str | Path | Cloud):
+        return anything
+    geometry = geometry_of(anything, name)
+    return (geometry.vertices.copy(), geometry.faces.copy()) if len(geometry.faces) else geometry.vertices.copy()
+
+
+def as_triangles(faces: Anything, name: str) -> np.ndarray:
+    """Return faces (M, 3) int64, none for a cloud, or raise InputError."""
+    with explaining(f"{name}: expected triangles (M, 3), got faces of different lengths", TypeError, ValueError):
+        array = np.asarray(faces)
+    if array.size and (array.shape[1:] != (3,) or array.dtype.kind not in "iu"):
+        raise InputError(f"{name}: expected triangles (M, 3) of integers, got faces {array.shape} of {array.dtype}")
+    return array.astype(np.int64).reshape(-1, 3)
 
 
 def as_numbers(points: Anything, name: str) -> np.ndarray:

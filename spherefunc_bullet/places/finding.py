@@ -13,6 +13,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, cloud_from_mesh, cloud_of
 from ..clouds.conversion import Anything, geometry_of, warn
+from ..errors import InputError, require_amount
 from ..formats.units import BY_FILE
 from ..simulator import Simulator
 from ..simulator.mechanics import require_ability
@@ -50,9 +51,13 @@ def places_of(
     only : {"sit", "put", "pour"}, optional
         The kind that is searched for; by default all.
     """
+    known = {} if scores is None else scores
+    if not isinstance(known, Mapping):
+        raise InputError(f"scores: expected the score of each function, got {type(known).__name__}")
+    for function, score in known.items():
+        require_amount(f"score of {function}", score, most=1.0)
     cloud = without_strays(cloud)
     surface = surface_of(cloud)
-    known = {} if scores is None else scores
     sittable = known.get("sittable", UNKNOWN)
     finders = {
         "sit": lambda: sit_places(seat_surface(cloud, surface), person, sittable) if sittable >= NO_SEAT else [],

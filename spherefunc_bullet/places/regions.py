@@ -57,6 +57,8 @@ def without_strays(cloud: Cloud) -> Cloud:
     """Return a cloud without its stray points, each of which would be the highest of its cell; a mesh has none."""
     if cloud.mesh is not None:
         return cloud
+    if not cloud.some_to_neighbour(SIXTH).all():
+        cloud = cloud.distinct  # among many equal points a search takes long, and they are zero apart
     apart = cloud.tree.query(cloud.points, SIXTH + 1)[0][:, SIXTH]
     near = apart < STRAY * np.median(apart)
     return cloud if near.all() else Cloud(cloud.points[near], cloud.name, unfilled=cloud.unfilled)

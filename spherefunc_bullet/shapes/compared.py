@@ -214,6 +214,8 @@ def compare_shapes(
     """
     if keep is not None:
         require_amount("keep", keep, above=0.0, most=1.0)
+    if not isinstance(collision, str | Path | None):
+        raise InputError(f"collision: expected the path of a file, got {type(collision).__name__}")
     cloud = as_cloud(anything, units=units, up=up, report=report)
     kept = KeepCriteria() if keep is None else KeepCriteria(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, one_line
-from ..formats.files import refusing
+from ..formats.files import refusing, require_file
 from ..formats.obj import read_groups
 from ..formats.scenes.mjcf import bodies
 from ..formats.scenes.parts import plain_xml, scaled
@@ -65,6 +65,7 @@ def load_solids(path: Path, frame: FileFrame) -> Iterator[Solid]:
     InputError
         If it cannot be used.
     """
+    require_file(path)
     with refusing(path):
         for name, parts in links_of(path).items():
             yield solid_of(name, parts, frame, path)

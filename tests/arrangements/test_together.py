@@ -309,3 +309,11 @@ def test_the_command_draws_and_says_that_things_interpenetrate(run, tmp_path):
     code, _, err = run("together", file, f"{file}@0.1,0,0", "--drops", 50, *drawn)
     assert code == 0 and "cafe_table_01.ply (2) and cafe_table_01.ply (1) interpenetrate" in err
     assert Image.open(picture).size[0] > 500 and "cafe_table_01.ply" in page.read_text()
+
+
+@pytest.mark.parametrize(
+    "objects", [None, ["mug.obj", "table.obj"], [("mug.obj", Placement()), ("table.obj", None)], 3]
+)
+def test_what_stands_nowhere_is_refused(objects):
+    with pytest.raises(InputError, match="expected a (list of pairs|Placement)"):
+        sf.together(objects)

@@ -290,3 +290,22 @@ def test_an_answer_shows_itself_in_a_notebook():
     assert np.ptp(bar.get_data_3d()[0]) == pytest.approx(float(length) / 100)
     shown = answer._repr_html_()
     assert shown.startswith("<img") and "cup 1.00" in shown and len(shown) < 100_000
+
+
+def test_an_answer_is_about_the_object_as_it_was(mug_mesh):
+    """Robots use one array for one object after another."""
+    points = as_cloud(mug_mesh).points.copy()
+    places = [place.position for place in sf.classify(points.copy()).places]
+    answers = [sf.classify(points), sf.classify(mug_mesh)]
+    points[:] = 0
+    mug_mesh.apply_scale(1000)
+    assert all(answer.functions == {"cup"} and len(answer.places) == len(places) == 1 for answer in answers)
+    assert np.allclose(answers[0].places[0].position, places[0])
+
+
+def test_repeated_points_change_no_answer(mug_mesh):
+    points = as_cloud(mug_mesh).points
+    filled = np.vstack([points, np.repeat(points[:1], len(points) + 100, axis=0)])
+    whole, answer = sf.classify(points), sf.classify(filled)
+    assert answer.functions == whole.functions == {"cup"} and answer.unsure == whole.unsure
+    assert [place.kind for place in sf.find_places(filled)] == ["pour"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -139,3 +140,24 @@ def test_a_column_of_paths_is_several_objects(form, points, tmp_path):
 def test_other_shapes_are_one_line(wrong):
     with pytest.raises(InputError, match="expected"):
         as_cloud(wrong)
+
+
+@pytest.mark.parametrize("faces", [np.array([[0, 1, 2, 3]]), np.array([[0.0, 1.0, 2.7]]), np.arange(8)])
+def test_faces_that_are_no_triangles_are_refused(points, faces):
+    """PyVista writes each face with the number of its corners; quads would be read as other triangles."""
+    with pytest.raises(InputError, match=r"cloud: expected triangles \(M, 3\) of integers, got faces"):
+        as_cloud(SimpleNamespace(points=points, faces=faces))
+
+
+def test_a_scene_of_clouds_is_read_as_its_points(points):
+    scene = trimesh.Scene([trimesh.PointCloud(points)])
+    assert np.allclose(as_cloud(scene).points, as_cloud(points).points)
+
+
+def test_repeated_points_change_no_distances(points):
+    """Programs repeat points to fill arrays of a fixed size, one point or all."""
+    cloud = as_cloud(points)
+    for filled in (np.vstack([points, np.repeat(points[:1], len(points) + 100, axis=0)]), np.vstack([points] * 7)):
+        more = as_cloud(filled)
+        assert more.to_neighbour(6) == pytest.approx(cloud.to_neighbour(6), rel=0.05)
+        assert len(more.distinct) == len(np.unique(points, axis=0)) and len(more) == len(filled)

@@ -19,6 +19,7 @@ import spherefunc_bullet as sf
 import spherefunc_bullet.places.finding as finding
 from spherefunc_bullet.classification import failed_uses
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import Proof
 from spherefunc_bullet.places.pouring import HOLE, pour_places
@@ -512,3 +513,10 @@ def test_the_sampler_for_blenderproc_sets_down_at_each_pose_once(tmp_path, monke
     for _ in range(3):
         set_down(SimpleNamespace(set_local2world_mat=seen.append))
     assert sorted(pose[0, 0] for pose in seen) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("scores", [3, {"cup": "a"}, {"cup": 2.0}, {"cup": float("nan")}])
+def test_scores_that_are_none_are_refused(scores):
+    cloud = cloud_from_mesh(*turned_shell((0.0, 0.0), (0.04, 0.0), (0.04, 0.1)))
+    with pytest.raises(InputError, match="score"):
+        sf.find_places(cloud, scores=scores)

@@ -508,6 +508,14 @@ def test_every_solid_of_an_mjcf_collides(tmp_path, solid):
     assert link.vertices[:, 2].max() == pytest.approx(half, abs=1e-3) and link.vertices[:, 0].max() > 0.097
 
 
+@pytest.mark.parametrize(
+    "collision, words", [(cup, "expected the path of a file"), ("nope", "expected a file, found none")]
+)
+def test_collision_geometry_is_a_file(collision, words):
+    with pytest.raises(InputError, match=words):
+        sf.compare_shapes(cup(), collision=collision)
+
+
 def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "m.xml").write_text(MJCF.replace(' name="a"', "").replace(' name="b"', ""))
