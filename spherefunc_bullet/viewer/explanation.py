@@ -56,7 +56,8 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision,
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
         f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in decision.reasons())}.</p>{sure}"
-        f"<p class='lead'>Nearest of the {len(classifier.names_)} training objects: {escape(near)}.</p>"
+        f"<p class='lead'>Nearest of the {len(classifier.names_):,} objects and copies that it learnt, by name: "
+        f"{escape(near)}.</p>"
         f"{drops_html(classifier, cloud, reading.drops, max(scores, key=scores.get))}{tables}</section>"
     )
 

@@ -54,9 +54,9 @@ QUANTITIES = (
     Quantity("level_tilt", "degrees", "slope of the level"),
     Quantity("level_roughness", "m", "median distance of what rests on the level from a plane"),
     Quantity("stays", "share", "drops within the outline that stayed"),
-    Quantity("stays_early", "share", "the same until half of all that settled had settled"),
-    Quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
-    Quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
+    Quantity("stays_early", "share", "early drops that stayed, until half of all that settled had settled"),
+    Quantity("middle_stays", "share", "early drops over the middle of the object that stayed"),
+    Quantity("level_stays", "share", "early drops over the level that stayed"),
     Quantity("rolled", "radii", "mean distance from where spheres fell to where they rest"),
     Quantity("walled_in", "share", "spheres with the object on every side"),
     Quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes

@@ -41,12 +41,12 @@ def contact_sentence(reading: Reading, name: str) -> str:
     start = list(reading.model.radii).index(radius) * len(names)
     profile = dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
     walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
-    count = settled_count(reading.drops, radius)
-    spheres, lie = (f"{count} spheres", "lie") if count > 1 else ("one sphere", "lies")
+    count = settled_count(reading.drops, radius)  # more than lie on the level, such as on a rim
     return (
         f"a level {text_of(profile, 'level_height')} above the ground, {text_of(profile, 'level_area')} large and "
-        f"{text_of(profile, 'level_width')} wide{walls}, on which {spheres} of radius {format_length(radius)} {lie} "
-        f"{text_of(profile, 'level_depth')} deep; {text_of(profile, 'stays')} of the drops within their outline stay"
+        f"{text_of(profile, 'level_width')} wide{walls}, on which spheres of radius {format_length(radius)} lie "
+        f"{text_of(profile, 'level_depth')} deep; {count if count > 1 else 'one'} {'stay' if count > 1 else 'stays'}, "
+        f"{text_of(profile, 'stays')} of the drops within their outline"
     )
 
 
