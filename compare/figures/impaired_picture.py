@@ -25,7 +25,7 @@ ENDINGS = (".png", ".svg")
 COLUMNS = {  # feature set -> its name in the picture, and what that means
     "spheres": ("spheres", "where spheres that fall on the object come to rest"),
     "points": ("points", "the object's own points, read the same way"),
-    "occupancy_sqrt": ("occupancy", "the cubes of space that it fills"),
+    "occupancy_sqrt": ("occupancy sqrt", "square roots of how full cubes of space are"),
     "rules": ("rules", "height, area, flatness"),
     "examiner": ("examiner", "a person of boxes, or a ball, tries it"),
 }

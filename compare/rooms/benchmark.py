@@ -195,13 +195,15 @@ def draw_curves(figure: Figure, measured: Sequence[Row]):
     panels = figure.subplots(1, 2 if len(noises) > 1 else 1, sharey=True, squeeze=False)[0]
     usual = 1.0 if 1.0 in noises or not noises else noises[0]
     by_views = [row for row in rows if row["views"] == WHOLE or row["noise"] == usual]
-    draw_panel(panels[0], sorted(by_views, key=lambda row: row["views"] == WHOLE), "views", f"scan, noise {usual:g}")
+    draw_panel(
+        panels[0], sorted(by_views, key=lambda row: row["views"] == WHOLE), "views", f"scan; views have noise {usual:g}"
+    )
     if len(noises) > 1:
         views = list(dict.fromkeys(row["views"] for row in rows if row["views"] != WHOLE))
         often = max(views, key=lambda name: sum(row["views"] == name for row in rows))
         by_noise = [row for row in rows if row["views"] == often]
         draw_panel(panels[1], by_noise, "noise", f"noise, times a Kinect's; {often}")
-    panels[0].set(ylabel="F-measure; recall of objects", ylim=(0, 1.02))
+    panels[0].set(ylabel="F-measure; recall of objects", ylim=(0, 1.04))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.2)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.simulator import Simulator
 
 Row = dict[str, Any]  # of one file, for JSON
-HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in the coordinates of the input
+HEAD = ("place to", "score", "position", "facing", "height", "details")  # lengths in the coordinates of the input
 
 
 def places(
@@ -117,7 +117,7 @@ def draw(
 
 def print_places(rows: Sequence[Row], units: str):
     """Print a line for every place of every object, without places of low score."""
-    from spherefunc_bullet.places.place import Proof
+    from spherefunc_bullet.places.place import SHOWN, Proof
 
     table, unit, shown = [], "" if units == "auto" else units, shown_names(row["file"] for row in rows)
     for row in rows:
@@ -126,14 +126,17 @@ def print_places(rows: Sequence[Row], units: str):
             proof = Proof(**place["proven"]) if place["proven"] else ""
             table.append([start, *place_columns(place, unit), str(proof)])
     lengths = "lengths as in the file" if units == "auto" else f"lengths in {unit}"
-    print_table(f"Where objects can be used; {lengths}", ["file", *HEAD, "proof"], table)
+    count = 1 + len(HEAD) + any(cells[-1] for cells in table)  # with the column of proofs if there is one
+    print_table(
+        f"Where objects can be used; {lengths}", ["file", *HEAD, "proof"][:count], [row[:count] for row in table]
+    )
     for row in rows:
         left = len(row["places"]) - len(worth_showing(row["places"]))
         if not row["places"]:
             show(f"{shown[row['file']]}: no place to sit, to put or to pour")
         elif left:
             which = "1 place" if left == 1 else f"{left} places"
-            show(f"{shown[row['file']]}: not shown, {which} of functions that it does not have; --json has all")
+            show(f"{shown[row['file']]}: not shown, {which} with a score below {SHOWN}; --json has all")
 
 
 def worth_showing(places: Sequence[Row]) -> list[Row]:

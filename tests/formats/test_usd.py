@@ -224,8 +224,8 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path):
     path = tmp_path / "a.usda"
     path.write_text(SOLID % ("Z", "PointInstancer", ""))
     assert "PointInstancer" in refusal(path)
-    for nothing in ("Xform", "Plane"):
-        path.write_text(SOLID % ("Z", nothing, ""))
+    for kind in ("Xform", "Plane"):
+        path.write_text(SOLID % ("Z", kind, ""))
         assert "is it empty?" in refusal(path)
     path.write_text(SOLID % ("Z", "Cylinder_1", "double radiusTop = 5\n    double radiusBottom = 4"))
     assert "a Cylinder_1 of two radii, /" in refusal(path)

@@ -416,8 +416,8 @@ def test_lengths_are_printed_with_their_unit_and_what_is_no_place_is_counted(cap
     row |= {"area": 9e4, "radius": 150.0, "poses": [np.eye(4)]}
     print_places([{"file": "top.ply", "places": [row | {"score": 0.9}, row | {"score": 0.0}]}], "mm")
     said = capsys.readouterr().out
-    assert "lengths in mm" in said and "90000 mm² free, 300 mm wide, 1 pose " in said and "-0.00" not in said
-    assert said.count("put") == 1 and "not shown, 1 place of functions that it does not have" in said
+    assert "lengths in mm" in said and "90000 mm² free, 300 mm wide, 1 pose\n" in said and "-0.00" not in said
+    assert said.count("put") == 1 and "not shown, 1 place with a score below 0.05" in said
 
 
 def test_fast_cannot_prove():
