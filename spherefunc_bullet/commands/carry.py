@@ -45,7 +45,7 @@ def carry(
 ):
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
     from ..simulator.mechanics import CarrySettings, require_ability
-    from ..viewer.mechanics_pictures import carry_tile, write_tiles
+    from ..viewer.mechanics_pictures import TILTED, carry_tile, write_tiles
 
     options.require_drawings(files, picture)
     simulator = require_ability(backend, "carry")
@@ -64,7 +64,7 @@ def carry(
     failures, how = Failures(), (settings, seed, up, units)
     results = options.run_on_files(carried_file, files, simulator, how, "carrying", failures, picture is not None)
     rows = [row_of(file, result) for file, (_, result) in results]
-    write_tiles([carry_tile(*carried) for _, carried in results if picture], picture)
+    write_tiles([carry_tile(*carried) for _, carried in results if picture], picture, TILTED)
     print_json(rows) if json else print_shares(rows, settings.angles_deg)
     failures.exit()
 

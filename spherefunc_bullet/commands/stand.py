@@ -48,7 +48,7 @@ def stand(
     """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
     from ..simulator.mechanics import StandSettings, require_ability
-    from ..viewer.mechanics_pictures import stand_tile, write_tiles
+    from ..viewer.mechanics_pictures import LOADED, stand_tile, write_tiles
 
     options.require_drawings(files, picture)
     simulator = require_ability(backend, "stands")
@@ -57,7 +57,11 @@ def stand(
     length = None if radius is None else parse_length(radius)
     failures, how = Failures(), (settings, length, seed, up, units)
     results = options.run_on_files(stood_file, files, simulator, how, "standing", failures, picture is not None)
-    write_tiles([stand_tile(*stood, settings.load) for _, stood in results if picture], picture)
+    write_tiles(
+        [stand_tile(*stood, settings.load) for _, stood in results if picture],
+        picture,
+        LOADED.format(load=settings.load),
+    )
     if json:
         print_json([row_of(file, result, settings) for file, (_, result) in results])
     else:

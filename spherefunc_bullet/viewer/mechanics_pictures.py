@@ -29,9 +29,12 @@ PAPER = tuple(int(255 * channel) for channel in GROUND_COLOUR)
 STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;color:#1a1a1e}\
 img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
 td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
+KEPT = (140, 190, 225)  # pale, so that dark words can be read on it and beside it
 CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 NOTHING = "no function"
 FRAMED = "Green frame: the best pose for a function that the object has. In %: how often it lies so after a fall."
+TILTED = "Bars: share of the spheres that stay when it is tilted so far. Spheres: left in the end. Brown: cut open."
+LOADED = "Blue: {load:g} kg can stand there. Orange: that tips it."
 NO_SPHERES = np.empty((0, 3))
 ObjectPoses = tuple[Cloud, Sequence[PoseFunctions]]  # an object, and its functions in each of its poses
 
@@ -130,10 +133,10 @@ def write_picture(picture: Image.Image, path: Path) -> Path:
     return write_bytes(path, png_of(picture))
 
 
-def write_tiles(tiles: Sequence[Image.Image], path: Path | None):
-    """Write objects side by side as PNG, if there is a path and there are any."""
+def write_tiles(tiles: Sequence[Image.Image], path: Path | None, note: str):
+    """Write objects side by side, with a note below them, as PNG, if there is a path and there are any."""
     if path is not None and tiles:
-        write_picture(side_by_side(tiles), path)
+        write_picture(noted(side_by_side(tiles), note), path)
 
 
 def require_png(path: Path | None):
@@ -178,7 +181,7 @@ def carry_tile(cloud: Cloud, result: CarryResult) -> Image.Image:
     for number, (angle, share) in enumerate(zip(result.angles_deg, result.kept, strict=True)):
         left, top = wide * (number + 0.6), image.height + 42
         pen.rectangle((left, top, left + 0.8 * wide, top + 24), outline=GREY)
-        pen.rectangle((left, top, left + 0.8 * wide * share, top + 24), fill=(0, 114, 178))
-        words, ink = f"{angle:g}°: {100 * share:.0f} %", INK if share < 0.5 else (255, 255, 255)
-        pen.text((left + 0.4 * wide, top + 12), words, ink, ImageFont.load_default(15), anchor="mm")
+        pen.rectangle((left, top, left + 0.8 * wide * share, top + 24), fill=KEPT)
+        words = f"{angle:g}°: {100 * share:.0f} %"
+        pen.text((left + 0.4 * wide, top + 12), words, INK, ImageFont.load_default(15), anchor="mm")
     return canvas
