@@ -43,6 +43,7 @@ def named_sources(source: Source) -> dict[str, Source]:
     named, folder = {}, source.path.parent
 
     def find(*names: str) -> tuple[str, Source]:
+        """Return the first of the names under which there is a file, and the file, which is remembered."""
         name = next((name for name in names if find_mesh(name, folder)), names[0])
         if name not in named:
             named[name] = Source(mesh_source(name, folder).path, "")  # what is included is not compiled by itself
