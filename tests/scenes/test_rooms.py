@@ -308,7 +308,7 @@ def test_the_command_writes_all_it_promises(scan_file, tmp_path):
     [
         (["--up", "sideways"], "--up"),
         (["--complete", "magic"], "completion"),
-        (["--cluster-tolerance", "5m"], "cluster_tolerance"),
+        (["--cluster-tolerance", "5m"], "--cluster-tolerance: expected"),
         (["--color", "room.png"], "--color"),
         (["--model", "missing.npz"], "missing.npz"),
     ],
