@@ -7,8 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import trimesh
+from read_files import extent, refused
 
-from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.scenes.mjcf import bodies
 from spherefunc_bullet.formats.sources import as_source, read_geometry
 
@@ -19,18 +19,6 @@ def write(path, world: str, more: str = ""):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f"<mujoco>{more}<worldbody>{world}</worldbody></mujoco>")
     return path
-
-
-def extent(path) -> list[float]:
-    """Return the extent of what is read, rounded to a micrometre."""
-    return np.ptp(read_geometry(path).vertices, axis=0).round(6).tolist()
-
-
-def refused(path) -> str:
-    with pytest.raises(InputError) as error:
-        read_geometry(path)
-    assert "\n" not in str(error.value) and str(error.value).startswith(path.name)
-    return str(error.value)
 
 
 SEEN = '<geom type="box" size="0.3 0.4 0.5" contype="0" conaffinity="0" group="{0}"/>'

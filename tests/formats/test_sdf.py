@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.sources import read_geometry
+from read_files import extent, refused
 
 BOX = "<geometry><box><size>0.1 0.2 0.3</size></box></geometry>"
 SDF = """<sdf version="1.9">{0}<model name="m">{1}<link name="a">{2}<visual name="v">{3}{4}</visual></link></model>
@@ -17,17 +14,6 @@ def write(tmp_path, before="", model="", link="", geometry=BOX, material=""):
     path = tmp_path / "m.sdf"
     path.write_text(SDF.format(before, model, link, geometry, material))
     return path
-
-
-def extent(path) -> list[float]:
-    return np.ptp(read_geometry(path).vertices, axis=0).round(6).tolist()
-
-
-def refused(path) -> str:
-    with pytest.raises(InputError) as error:
-        read_geometry(path)
-    assert "\n" not in str(error.value) and str(error.value).startswith(path.name)
-    return str(error.value)
 
 
 def test_a_model_that_was_stood_up_is_read_as_it_stands(tmp_path):
