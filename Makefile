@@ -61,7 +61,7 @@ LIKELY := clouds/test_cloud.py fast_sim/test_roller.py formats learning/test_cla
 newest: packages  ## the source package in an empty environment of the newest Python here, and there what may differ
 	@newest=$(NEWEST); if [ -z "$$newest" ]; then echo "no Python newer than 3.11 here: no tests with one"; else set -e; \
 		$$newest -V; $$newest -m venv --clear build/newest; \
-		build/newest/bin/pip install -q --disable-pip-version-check \
+		build/newest/bin/pip install -q --no-compile --disable-pip-version-check \
 			"$$(ls build/packages/*.tar.gz)[formats]" pytest hypothesis; \
 		mkdir -p build/elsewhere; cd build/elsewhere; \
 		../newest/bin/pytest -c ../../pyproject.toml -m "not slow" $(addprefix ../../tests/,$(LIKELY)); fi

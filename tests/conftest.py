@@ -21,6 +21,23 @@ DEAR = re.compile(r"test_conformance\.py::test_(same_seed|order_of)\w+\[bullet-(
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+FEW_CANDIDATES = (  # module of `shapes`, name, and fewer of what costs time
+    ("candidates", "VOXELS", (4 / 3,)),
+    ("candidates", "VHACD", (8,)),
+    ("compared", "SCALES", (2.0,)),
+    ("spaces", "CELLS", 60),
+    ("spheres", "SPHERES", 20),
+    ("spheres", "STEPS", 4),
+)
+
+
+@pytest.fixture
+def few_candidates(monkeypatch):
+    """Compare few collision shapes, by few spheres in coarse cells, where how they do is not looked at."""
+    for module, name, few in FEW_CANDIDATES:
+        monkeypatch.setattr(f"spherefunc_bullet.shapes.{module}.{name}", few)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item):
     try:

@@ -12,7 +12,7 @@ from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page,
 from spherefunc_bullet.compare.evaluation.evaluation import Trial, count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 
-PICTURE = Image.fromarray(np.random.default_rng(0).integers(0, 255, (280, 320, 3), dtype=np.uint8))
+PICTURE = Image.linear_gradient("L").convert("RGB")
 LARGEST = 3_000_000  # bytes
 
 

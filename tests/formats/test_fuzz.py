@@ -24,8 +24,8 @@ def test_files_that_are_whole_load_and_damage_repeats(kind, tmp_path):
 
 def test_damage_is_refused_or_loads_within_its_limits():
     # Another process reads each of USD, which takes a quarter of a second.
-    found = list(fuzz([(kind, 0, 12 if kind in USD_ENDINGS else 60, math.inf) for kind in HERE]))
+    found = list(fuzz([(kind, 0, 4 if kind in USD_ENDINGS else 25, math.inf) for kind in HERE]))
     assert [each["kind"] for each in found] == list(HERE)
     for each in found:
         assert set(each["found"]) <= {"refused", "loaded"}, each
-        assert each["found"]["refused"] > 3 and each["slowest"][0] < SECONDS and each["peak"] < MEMORY, each
+        assert each["found"]["refused"] > 1 and each["slowest"][0] < SECONDS and each["peak"] < MEMORY, each

@@ -51,17 +51,11 @@ SLOW = re.compile(
 )
 FEW = "few"  # in place of DATA for benches of shapes
 
-FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds of their fall
+FEWER = (  # of what costs time: trees, pixels, spheres and seconds of their fall
     ("spherefunc_bullet.learning.function_classifier", "TREES", 8),
     ("spherefunc_bullet.compare.evaluation.features", "MANY", 10**6),  # other processes take longer to start
     ("spherefunc_bullet.compare.evaluation.readings", "WORTH_CORES", 10**6),
     ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", CameraView(size=(90, 75))),
-    ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
-    ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
-    ("spherefunc_bullet.shapes.spheres", "SPHERES", 20),
-    ("spherefunc_bullet.shapes.spheres", "STEPS", 4),
-    ("spherefunc_bullet.shapes.spaces", "CELLS", 60),
-    ("spherefunc_bullet.shapes.compared", "SCALES", (2.0,)),
     ("written_shapes", "SIDE", 5),
     ("written_shapes", "SECONDS", 0.3),
 )
@@ -197,7 +191,7 @@ def marked(page: Path):
 
 @pytest.mark.parametrize("page", [marked(page) for page in PAGES if page.name not in TESTED])
 @pytest.mark.slow
-def test_code_blocks_run_as_they_stand(page, files, monkeypatch):
+def test_code_blocks_run_as_they_stand(page, files, monkeypatch, few_candidates):
     monkeypatch.chdir(files)
     for module, name, few in FEWER:
         monkeypatch.setattr(importlib.import_module(module), name, few)

@@ -363,8 +363,7 @@ def test_what_stands_still_may_be_written_concave(subject, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_command_prints_its_contract(tmp_path):
-
+def test_the_command_prints_its_contract(tmp_path, few_candidates):
     file = str(tmp_path / "cup.obj")
     cup().export(file)
     options = ["--collision", file, "--only-collision", "--json", "--csv", str(tmp_path / "shapes.csv")]
@@ -524,8 +523,7 @@ def test_bodies_of_an_mjcf_without_names_are_links_of_their_own(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
-
+def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path, few_candidates):
     (tmp_path / "in" / "deeper").mkdir(parents=True)
     cup().export(tmp_path / "in" / "deeper" / "cup.obj")
     (tmp_path / "in" / "bad.obj").write_text("v 0 0")

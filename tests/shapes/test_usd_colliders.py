@@ -46,7 +46,7 @@ def solid_of(path):
 
 def test_what_moves_collides_as_its_hull_unless_it_says_pieces(stage):
     assert solid_of(stage("none")).pieces is None
-    for approximation in ("none", "meshSimplification", "convexHull"):
+    for approximation in ("none", "convexHull"):
         moving = solid_of(stage(approximation, BODY))
         assert moving.count == 1 and moving.name == "/Mug"
     still = 'bool physics:kinematicEnabled = true\n    def Scope "Rest"\n    {\n    }'
@@ -85,12 +85,10 @@ def test_another_approximation_is_refused(stage):
 def test_the_hull_of_a_mug_holds_nothing(stage):
     row, *_ = sf.compare_shapes(stage("convexHull", BODY), shapes=False).rows
     assert row.name == "/Mug" and row.capacity_kept == 0 and not row.keeps
-    row, *_ = sf.compare_shapes(stage("none"), shapes=False).rows
-    assert row.capacity_kept == pytest.approx(1, abs=0.05) and row.keeps
 
 
 @pytest.mark.slow
-def test_a_stage_without_colliders_has_candidates_alone(stage):
+def test_a_stage_without_colliders_has_candidates_alone(stage, few_candidates):
     lines = []
     compared = sf.compare_shapes(stage(), report=lines.append)
     assert lines == ["mug.usda: expected collision geometry, found none; only candidates are compared"]
