@@ -94,7 +94,7 @@ def drop_config(
 
 def point_to_packages(folders: Sequence[Path] | None):
     """Make this process and its workers search these folders first for the packages of URDF files."""
-    from ..formats.scenes.urdf import PACKAGE_PATH
+    from ..formats.scenes.named_meshes import PACKAGE_PATH
 
     for folder in folders or ():
         if not folder.is_dir():

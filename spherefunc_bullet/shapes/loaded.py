@@ -22,9 +22,10 @@ from ..errors import InputError, one_line
 from ..formats.files import refusing, require_file
 from ..formats.obj import read_groups
 from ..formats.scenes.mjcf import bodies
+from ..formats.scenes.named_meshes import find_mesh
 from ..formats.scenes.parts import plain_xml, scaled
 from ..formats.scenes.sdf import link_parts
-from ..formats.scenes.urdf import find_mesh, geometry_part, robot_of
+from ..formats.scenes.urdf import geometry_part, robot_of
 from ..formats.scenes.usd import Collider, colliders
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .candidates import vhacd_pieces

@@ -6,18 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from read_files import refused
 
-from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.sources import read_geometry
 
 BOX = '<link name="{0}"><visual><geometry><box size="0.3 0.3 0.3"/></geometry></visual></link>'
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
-
-
-def refused(path) -> str:
-    with pytest.raises(InputError) as error:
-        read_geometry(path)
-    return str(error.value)
 
 
 @pytest.mark.parametrize("macro", ['<xacro:include filename="legs.xacro"/>', '<xacro:leg name="left"/>'])

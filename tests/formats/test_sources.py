@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 from cloud_files import cloud_bytes, mesh_bytes, mug, require_reader
+from commands import spherefunc
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.task import source_stamp
@@ -206,10 +207,9 @@ def test_one_bad_urdf_costs_itself_alone(tmp_path, mesh):
 def test_a_folder_without_files_costs_itself_alone(tmp_path, command, few_candidates):
     (tmp_path / "empty.ply").mkdir()
     (tmp_path / "good.ply").write_bytes(mesh_bytes("ply", *mug()))
-    asked = [command, str(tmp_path / "empty.ply"), str(tmp_path / "good.ply"), "--json"]
-    done = CliRunner().invoke(application(command), asked, catch_exceptions=False)
+    done = spherefunc(command, tmp_path / "empty.ply", tmp_path / "good.ply", "--json")
     rows = sorted(json.loads(done.stdout), key=lambda row: "error" not in row)
-    assert done.exit_code == 2 and rows[0]["error"].startswith(f"{tmp_path / 'empty.ply'}: expected a folder with ")
+    assert done.returncode == 2 and rows[0]["error"].startswith(f"{tmp_path / 'empty.ply'}: expected a folder with ")
     assert done.stderr.count("empty.ply") == 1 and "error" not in rows[1]
 
 

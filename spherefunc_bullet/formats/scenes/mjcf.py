@@ -19,8 +19,8 @@ from ...errors import explaining
 from .. import FormatError
 from ..files import refusing
 from ..sources import Geometry, Source
+from .named_meshes import find_mesh, mesh_source
 from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive
-from .urdf import find_mesh, mesh_source
 
 _SECTIONS = ("compiler", "default", "asset", "worldbody")
 _GEOMETRY = ("angle", "coordinate", "eulerseq", "fitaabb")  # of the compiler; its other settings move no geom
@@ -130,6 +130,21 @@ def _geom_part(model: Any, geom: int) -> Part | None:
 
 def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, Source]]:
     """Return the tree that MuJoCo compiles, and the sources of its meshes by the names that it has for them."""
+    root = _one_tree(source, find)
+    settings = {name: value for compiler in root.iter("compiler") for name, value in compiler.attrib.items()}
+    _leave_geometry(root)
+    meshes = {}
+    for mesh in (mesh for mesh in root.iter("mesh") if mesh.get("file")):
+        path, beside = _path(mesh.attrib["file"]), mesh.attrib.pop(_BESIDE)
+        folder = settings.get("meshdir", settings.get("assetdir", ""))
+        name = path.name if settings.get("strippath") == "true" else str(PurePosixPath(folder, path))
+        mesh.attrib |= {"name": mesh.get("name", path.stem), "file": f"{len(meshes)}{path.suffix}"}
+        _, meshes[mesh.attrib["file"]] = find(name, str(PurePosixPath(beside, path)))
+    return root, meshes
+
+
+def _one_tree(source: Source, find: Find) -> ElementTree.Element:
+    """Return the root of an MJCF with the sections that are read, also of the files that it includes."""
     root = plain_xml(source.data)
     if root.tag != "mujoco":
         raise FormatError(f"expected an MJCF, whose root is 'mujoco', got {root.tag[:80]!r}; is it part of a model?")
@@ -137,9 +152,12 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
     if any(section.find("flex") is not None for section in sections if section.tag == "deformable"):
         raise FormatError("expected bodies of rigid geoms, got 'flex', which is not read")
     root[:] = [section for section in sections if section.tag in _SECTIONS]
-    settings: dict[str, str] = {}
+    return root
+
+
+def _leave_geometry(root: ElementTree.Element):
+    """Remove from a tree what places no geom and hides none."""
     for compiler in root.iter("compiler"):
-        settings |= compiler.attrib
         _keep(compiler, _GEOMETRY)
     for material in root.iter("material"):
         _keep(material, _OPAQUE)
@@ -151,14 +169,6 @@ def _model(source: Source, find: Find) -> tuple[ElementTree.Element, dict[str, S
     for painted in root.iter():  # parts of robots are painted in the file that includes them
         if painted.get("material") not in materials:
             painted.attrib.pop("material", None)
-    meshes = {}
-    for mesh in (mesh for mesh in root.iter("mesh") if mesh.get("file")):
-        path, beside = _path(mesh.attrib["file"]), mesh.attrib.pop(_BESIDE)
-        folder = settings.get("meshdir", settings.get("assetdir", ""))
-        name = path.name if settings.get("strippath") == "true" else str(PurePosixPath(folder, path))
-        mesh.attrib |= {"name": mesh.get("name", path.stem), "file": f"{len(meshes)}{path.suffix}"}
-        _, meshes[mesh.attrib["file"]] = find(name, str(PurePosixPath(beside, path)))
-    return root, meshes
 
 
 def _included(

@@ -13,8 +13,8 @@ import numpy as np
 
 from .. import FormatError
 from ..sources import Geometry, Source
+from .named_meshes import mesh_part, mesh_source
 from .parts import MAX_INSTANCES, SEEN, Part, joined, plain_xml, primitive, scaled
-from .urdf import mesh_part, mesh_source
 
 _NOT_SOLID = ("mesh", "plane", "empty")  # what is read beside solids; planes and what is empty have no part
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from .. import FormatError
 from ..sources import Geometry, Source, fan_triangles, inside
+from .named_meshes import PACKAGE_PATH
 from .parts import Part, joined, primitive, turned_over
-from .urdf import PACKAGE_PATH
 
 _PROGRAM, _SECONDS = Path(__file__).with_name("usd_stage.py"), 120
 # Rotations from the axis of trimesh's solids to that of USD's: the columns are where x, y and z go.
