@@ -15,6 +15,7 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, show, shown_names
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length
+from spherefunc_bullet.places.words import HEAD, lengths_in, place_columns
 
 if TYPE_CHECKING:
     from spherefunc_bullet.clouds.cloud import Cloud
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from spherefunc_bullet.simulator import Simulator
 
 Row = dict[str, Any]  # of one file, for JSON
-HEAD = ("place to", "score", "position", "facing", "height", "details")  # lengths in the coordinates of the input
 
 
 def places(
@@ -104,32 +104,30 @@ def draw(
     from spherefunc_bullet.places.finding import cloud_and_frame
     from spherefunc_bullet.viewer.place_pictures import places_picture, write_places_page
 
-    shown = []
-    for file, places in found:
-        cloud, to_input = cloud_and_frame(file, up=up, units=units)
-        shown.append((cloud, [place.moved(to_input.inverse()) for place in places]))
+    shown = [(*cloud_and_frame(file, up=up, units=units), places) for file, places in found]
     if picture is not None:
-        named = [(cloud.name, cloud.points, places) for cloud, places in shown]
+        named = [
+            (cloud.name, cloud.points, [place.moved_back(to_input) for place in places])
+            for cloud, to_input, places in shown
+        ]
         write_bytes(picture, places_picture(named, person))
     if page is not None:
-        write_places_page(shown, page, person)
+        write_places_page(shown, page, person, unit_of(units))
 
 
 def print_places(rows: Sequence[Row], units: str):
     """Print a line for every place of every object, without places of low score."""
     from spherefunc_bullet.places.place import SHOWN, Proof
 
-    table, unit, shown = [], "" if units == "auto" else units, shown_names(row["file"] for row in rows)
+    table, unit, shown = [], unit_of(units), shown_names(row["file"] for row in rows)
     for row in rows:
         for number, place in enumerate(worth_showing(row["places"])):
             start = shown[row["file"]] if number == 0 else ""
             proof = Proof(**place["proven"]) if place["proven"] else ""
             table.append([start, *place_columns(place, unit), str(proof)])
-    lengths = "lengths as in the file" if units == "auto" else f"lengths in {unit}"
     count = 1 + len(HEAD) + any(cells[-1] for cells in table)  # with the column of proofs if there is one
-    print_table(
-        f"Where objects can be used; {lengths}", ["file", *HEAD, "proof"][:count], [row[:count] for row in table]
-    )
+    title = f"Where objects can be used; {lengths_in(unit)}"
+    print_table(title, ["file", *HEAD, "proof"][:count], [row[:count] for row in table])
     for row in rows:
         left = len(row["places"]) - len(worth_showing(row["places"]))
         if not row["places"]:
@@ -139,44 +137,13 @@ def print_places(rows: Sequence[Row], units: str):
             show(f"{shown[row['file']]}: not shown, {which} with a score below {SHOWN}; --json has all")
 
 
+def unit_of(units: str) -> str:
+    """Return the unit of the lengths that are printed; nothing if the file's unit is not known."""
+    return "" if units == "auto" else units
+
+
 def worth_showing(places: Sequence[Row]) -> list[Row]:
     """Return the places that are printed."""
     from spherefunc_bullet.places.place import SHOWN
 
     return [place for place in places if place["score"] >= SHOWN]
-
-
-def place_columns(place: Row, unit: str = "m") -> list[str]:
-    """Return the cells of a place's row, under `HEAD`."""
-    where = " ".join(f"{round(value, 2) + 0.0:.2f}" for value in place["position"])
-    facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
-    return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place, unit)]
-
-
-def details(place: Row, unit: str = "m") -> str:
-    """Return the details that matter for a kind of place, as a text."""
-    from spherefunc_bullet.places.pouring import HOLE
-
-    unit = f" {unit}" if unit else ""
-    if place["kind"] == "pour":
-        spills = f", spills at {place['spill_tilt_deg']:.0f}°" if "spill_tilt_deg" in place else ""
-        hole = ", has a hole" if place.get("note") == HOLE else ""
-        return f"holds {place['capacity_ml']:.0f} ml{spills}{hole}"
-    if place["kind"] == "put":
-        square, count = f"{unit}²" if unit else "", len(place.get("poses", ()))
-        poses = f", {count} pose{'s' * (count > 1)}" if count else ""
-        return f"{figures(place['area'])}{square} free, {figures(2 * place['radius'])}{unit} wide{poses}"
-    has = [name for name in ("back", "arms") if place.get(name)]
-    deep = [f"{figures(place['depth'])}{unit} deep"] if "depth" in place else []
-    return ", ".join([*deep, *([f"with {' and '.join(has)}"] if has else [])])
-
-
-def figures(number: float) -> str:
-    """Return a number with two significant digits.
-
-    Examples
-    --------
-    >>> figures(0.4231), figures(93456.0)
-    ('0.42', '93000')
-    """
-    return f"{float(f'{number:.2g}'):.10g}"

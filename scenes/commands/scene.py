@@ -143,7 +143,7 @@ def scene(
     used = use(scan, room)
     about = room_json(scan, room, used)
     if out is not None:
-        write_files(scan, room, out, stem, about)
+        write_files(scan, room, out, stem, about, used)
     if json:
         print_json(about | {"file": str(file)})
     else:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
     from ..recognition.room import InferredObject, Room
+    from ..report.room_places import Used
     from ..scans.scan import Scan
 
 
@@ -53,7 +54,7 @@ def scene_of_frames(
     used = use(fusion.scan, fusion.room)
     about = fused_json(fusion, source, objects, used) | {"file": str(folder)}
     if out is not None:
-        write_files(fusion.scan, fusion.room, out, folder.resolve().name, about)
+        write_files(fusion.scan, fusion.room, out, folder.resolve().name, about, used)
     if json:
         print_json(about)
     else:
@@ -62,11 +63,11 @@ def scene_of_frames(
     failures.exit()
 
 
-def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, object]):
-    """Write the files of a room with its JSON, and print their paths."""
+def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, object], used: Used | None):
+    """Write the files of a room with its JSON and its places, and print their paths."""
     from ..report.files import write_room
 
-    for path in write_room(scan, room, out, stem, about):
+    for path in write_room(scan, room, out, stem, about, used):
         say(f"wrote {path}")
 
 
@@ -170,7 +171,7 @@ def position_text(position: np.ndarray) -> str:
 
 def print_used(name: str, used: dict[int | None, list[Place]]):
     """Print the places of each object, by its number, as lines."""
-    from .places import HEAD, place_columns
+    from spherefunc_bullet.places.words import HEAD, place_columns
 
     rows = [
         ["" if owner is None else str(owner), *place_columns(place.as_json())]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from html import escape
 from pathlib import Path
@@ -13,7 +13,6 @@ import numpy as np
 
 from spherefunc_bullet.formats.files import write_bytes, write_text
 from spherefunc_bullet.formats.ply import ply_bytes
-from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
@@ -21,6 +20,7 @@ from ..recognition.proposals import CLUSTERS, POOLS
 from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
 from .picture import best_azimuth, function_colour, point_colours
+from .room_places import BEAD, Used, places_html, uses_of
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
 PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
@@ -31,16 +31,17 @@ WHY_LOW = (
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 
-def room_page(scan: Scan, room: Room) -> str:
-    """Return the interactive page of a room, as one HTML text without other files."""
+def room_page(scan: Scan, room: Room, used: Used | None = None) -> str:
+    """Return the interactive page of a room and its places, as one HTML text without other files."""
     style = "\n".join([viewer_file("viewer.css"), viewer_file("room.css", __package__), viewer_file("dark.css")])
     script = "\n".join([*(viewer_file(name) for name in SCRIPTS), viewer_file("room.js", __package__)])
-    data = json.dumps(room_data(scan, room), separators=(",", ":")).replace("<", "\\u003c")
+    data = json.dumps(room_data(scan, room, used or {}), separators=(",", ":")).replace("<", "\\u003c")
     parts = [
         f"<h1>{escape(scan.name)}</h1>",
         lead_html(scan, room),
         f'<div class="room-display"><script type="application/json">{data}</script></div>',
         objects_html(room),
+        places_html(used or {}),
         *(f"<p>Inferred, and not counted: {item.function}, since {escape(item.reason)}.</p>" for item in room.inferred),
     ]
     return page_html(scan.name, parts, style=style, script=script, kind="display-page")
@@ -56,13 +57,14 @@ def lead_html(scan: Scan, room: Room) -> str:
     )
 
 
-def room_data(scan: Scan, room: Room) -> dict[str, object]:
+def room_data(scan: Scan, room: Room, used: Used) -> dict[str, object]:
     """Return the data of the viewer, for JSON."""
     points = room.levelling.to_level(scan.points)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     shown = np.flatnonzero(((points > low - 0.5) & (points < high + 0.5)).all(axis=1))
     shown = shown[:: -(-len(shown) // MAX_POINTS)]
     names = room.function_names
+    bead = BEAD * float((high - low).max())
     area = np.prod(np.sort(high - low)[1:])
     boxes = [
         {
@@ -84,6 +86,11 @@ def room_data(scan: Scan, room: Room) -> dict[str, object]:
         "azimuth": float(np.radians(best_azimuth(points[shown], room.labels[shown], low, high))),
         "functions": {name: [channel / 255 for channel in function_colour(name, names)] for name in names},
         "boxes": boxes,
+        "bead": bead,
+        "uses": [
+            {"name": use.words, "tint": [channel / 255 for channel in use.colour], "middles": quantised(use.beads)}
+            for use in uses_of(room, used, bead)
+        ],
     }
 
 
@@ -143,7 +150,6 @@ def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
     return table_html(head, rows, texts=2)
 
 
-Used = Mapping[int | None, Sequence[Place]]  # the places of each object by its id; None: on no object
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
 _DIGITS = 12  # after the point of directions and turns: with 6, points at UTM coordinates would be metres off
 
@@ -236,7 +242,9 @@ def room_files(folder: Path, stem: str) -> list[Path]:
     return [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
 
 
-def write_room(scan: Scan, room: Room, folder: Path, stem: str, about: dict[str, object]) -> list[Path]:
+def write_room(
+    scan: Scan, room: Room, folder: Path, stem: str, about: dict[str, object], used: Used | None
+) -> list[Path]:
     """Write the files of a room, `room_files`, to a folder, and return their paths; ``about`` is its JSON.
 
     Raises
@@ -249,7 +257,7 @@ def write_room(scan: Scan, room: Room, folder: Path, stem: str, about: dict[str,
     paths = room_files(folder, stem)
     write_text(paths[0], json.dumps(about, indent=2) + "\n")
     write_bytes(paths[1], labelled_ply(scan, room))
-    room_picture(scan, room).save(picture := io.BytesIO(), "png")
+    room_picture(scan, room, used=used).save(picture := io.BytesIO(), "png")
     write_bytes(paths[2], picture.getvalue())
-    write_text(paths[3], room_page(scan, room))
+    write_text(paths[3], room_page(scan, room, used))
     return paths

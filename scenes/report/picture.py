@@ -14,6 +14,7 @@ import numpy as np
 from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from ..segmentation.segmentation import WALL
+from .room_places import BEAD, Use, Used, uses_of
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -26,6 +27,7 @@ _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4)
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
+_SEEN = 0.7  # opacity of places: what a person sits on is seen through the person
 _GREY = (120, 120, 120)
 _FILLED = 0.92  # of a picture's width or height, by its contents
 _LARGEST = 10  # pixels, side of a point
@@ -104,8 +106,10 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
     return Camera(eye=(low + high) / 2 + 1.02 * distance * toward, axes=axes, size=size)
 
 
-def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750)) -> Image.Image:
-    """Draw a scan and the boxes of its objects with a function, from where most of the objects is seen.
+def room_picture(
+    scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), used: Used | None = None
+) -> Image.Image:
+    """Draw a scan, its places and the boxes of its objects with a function, from where most of the objects is seen.
 
     Parameters
     ----------
@@ -114,6 +118,8 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
         With the scan's objects.
     size : (int, int)
         Pixels.
+    used : mapping, optional
+        The places of each object by its id.
     """
     from PIL import Image
 
@@ -124,26 +130,36 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     is_wall = (labels == WALL) & (labels >= 0).any()  # of a scan without objects, all is shown
     shown = points[~is_wall]
     marks = [*inferred_marks(room), *marks_of(room)]
-    low, high = span(shown, marks)
+    whole = [mark.corners for mark in marks]
+    uses = uses_of(room, used or {}, radius := BEAD * float(np.ptp(span(shown, whole), axis=0).max()))
+    whole += [use.beads for use in uses]
+    low, high = span(shown, whole)
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
     points, colours, labels, is_wall = points[inside], colours[inside], labels[inside], is_wall[inside]
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
-    camera = camera.filled_by(np.vstack([points[~is_wall], *(mark.corners for mark in marks)]))
+    camera = camera.filled_by(np.vstack([points[~is_wall], *whole]))
     open_room = ~in_front(camera, points, is_wall)
     points, colours = points[open_room], colours[open_room]
-    image = Image.fromarray(splatted(camera, points, colours, spacing_of(points)))
+    widths = np.full(len(points), spacing_of(points))
+    plain = Image.fromarray(splatted(camera, points, colours, widths))
+    for use in uses:
+        points, count = np.vstack([points, use.beads]), len(use.beads)
+        colours = np.vstack([colours, np.tile(np.uint8(use.colour), (count, 1))])
+        widths = np.append(widths, np.full(count, 2 * radius))
+    image = Image.blend(plain, Image.fromarray(splatted(camera, points, colours, widths)), _SEEN) if uses else plain
     draw_marks(image, camera, marks)
+    draw_key(image, uses)
     return image.resize(size, Image.Resampling.LANCZOS)
 
 
-def span(points: np.ndarray, marks: Sequence[BoxMark]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two corners (3,) of a picture's contents: all but stray points, and whole boxes.
+def span(points: np.ndarray, whole: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two corners (3,) of a picture's contents: all but stray points, and whole boxes and places (K, 3).
 
     A table's box reaches down to the floor, even if the scan does not show its legs.
     """
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
-    corners = np.concatenate([np.array([low, high]), *(mark.corners for mark in marks)])
+    corners = np.concatenate([np.array([low, high]), *whole])
     return corners.min(axis=0), corners.max(axis=0)
 
 
@@ -151,11 +167,12 @@ def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: 
     """Return the direction, in degrees, from which most points of objects are seen."""
     chosen = slice(None, None, max(1, len(points) // 60_000))
     points, labels, is_wall = points[chosen], labels[chosen], (labels == WALL)[chosen]
+    sizes = np.zeros(len(points))
     marks, seen = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8), []
     for azimuth in range(0, 360, 45):
         camera = look_at(low, high, azimuth, (160, 120))
         open_room = ~in_front(camera, points, is_wall)
-        seen.append(splatted(camera, points[open_room], marks[open_room], 0.0, paper=0)[..., 0].sum())
+        seen.append(splatted(camera, points[open_room], marks[open_room], sizes[open_room], paper=0)[..., 0].sum())
     return 45.0 * int(np.argmax(seen))
 
 
@@ -166,15 +183,15 @@ def in_front(camera: Camera, points: np.ndarray, is_wall: np.ndarray) -> np.ndar
 
 
 def splatted(
-    camera: Camera, points: np.ndarray, colours: np.ndarray, spacing: float, paper: int = _PAPER
+    camera: Camera, points: np.ndarray, colours: np.ndarray, widths: np.ndarray, paper: int = _PAPER
 ) -> np.ndarray:
-    """Return an image (H, W, 3) uint8 of points as squares as wide as their spacing, metres, the nearest in front."""
+    """Return an image (H, W, 3) uint8 of points as squares of widths (N,), metres, the nearest in front."""
     width, height = camera.size
     image, nearest = np.full((height * width, 3), paper, np.uint8), np.full(height * width, np.inf)
     at = camera.project(points)
     order = np.argsort(-at[:, 2], kind="stable")  # for equal pixels numpy keeps the last value: the nearest point's
     colours, depth = colours[order], at[order, 2]
-    sides = np.clip(np.ceil(spacing * camera.focal / depth), 1, _LARGEST).astype(np.int64)
+    sides = np.clip(np.ceil(widths[order] * camera.focal / depth), 1, _LARGEST).astype(np.int64)
     x, y = (np.floor(at[order, :2].T) - sides // 2).astype(np.int64)
     for step in np.ndindex(*2 * (sides.max(initial=1),)):
         inside = (x + step[0] >= 0) & (x + step[0] < width) & (y + step[1] >= 0) & (y + step[1] < height)
@@ -238,6 +255,19 @@ def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[BoxMark]):
         taken.append(place)
         draw.rectangle(place, fill=(255, 255, 255))
         draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor=anchor)
+
+
+def draw_key(image: Image.Image, uses: Sequence[Use]):
+    """Draw what the colours of places mean, in the lower left corner."""
+    from PIL import ImageDraw, ImageFont
+
+    draw, side = ImageDraw.Draw(image), image.size[1] // 42
+    font, top = ImageFont.load_default(side), image.size[1] - (1.5 * len(uses) + 0.5) * side
+    for number, use in enumerate(uses):
+        y = top + 1.5 * number * side
+        draw.rectangle(frame_of(draw.textbbox((2 * side, y), use.words, font=font)), fill=(255, 255, 255))
+        draw.rectangle((0.5 * side, y, 1.5 * side, y + side), fill=use.colour)
+        draw.text((2 * side, y), use.words, fill=use.colour, font=font)
 
 
 def frame_of(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

@@ -1,4 +1,4 @@
-// Sets up pictures of rooms: points in their colours, and a box around each object that has a function.
+// Sets up pictures of rooms: points in their colours, a box around each object that has a function, and places.
 
 const THICK = 0.004; // of the room's width: a box's edge
 const EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -58,6 +58,10 @@ function roomParts(item) {
   const colours = Float32Array.from(unpackedBytes(item.colours, Uint8Array), (each) => each / 255);
   const attributes = { corner: [SQUARE, 2], center: [item.places, 3, true], colour: [colours, 3, true] };
   item.parts = { generation: artist.generation, specks: uploaded("specks", attributes), functions: [] };
+  item.parts.uses = item.uses.map(({ name, tint, middles }) => {
+    const colours = Float32Array.from({ length: middles.length }, (_, i) => tint[i % 3]);
+    return { name, count: middles.length / 3, drawable: ballsOf(middles, colours) };
+  });
   for (const [name, tint] of Object.entries(item.functions)) {
     const vertices = boxVertices(item.boxes.filter((each) => each.function === name), half);
     item.parts.functions.push({ name, tint, count: vertices.length / 3, drawable: uploaded("edges", { position: [vertices, 3] }) });
@@ -127,13 +131,20 @@ function drawRoom(item) {
   begin(width, height);
   drawBalls(parts.specks, { ...settings, radius: item.radius * item.state.size }, item.places.length / 3);
   for (const part of parts.functions) if (item.state[part.name]) drawBars(part, settings);
+  for (const { name, count, drawable } of parts.uses)
+    if (item.state[name]) drawBalls(drawable, { ...settings, radius: item.bead, opacity: 1 }, count);
   finish(canvas);
   if (item.state.names) drawNames(item, canvas.getContext("2d"), settings, width, height, scale);
 }
 
+// What can be switched off, with its colour: the boxes of each function, and the places of each use.
+function keys(item) {
+  return [...Object.entries(item.functions).map(([name, tint]) => ({ name, tint })), ...item.uses];
+}
+
 function roomBar(item, changed, reset) {
   const line = element("div", { className: "display-bar" });
-  for (const [name, tint] of Object.entries(item.functions)) {
+  for (const { name, tint } of keys(item)) {
     const label = tick(name, item.state, name, changed);
     const key = element("i", { className: "swatch" });
     key.style.background = `rgb(${tint.map((each) => Math.round(each * 255)).join(" ")})`;
@@ -151,9 +162,10 @@ function roomBar(item, changed, reset) {
 function setUpRoom(holder) {
   const item = JSON.parse(holder.querySelector("script").textContent);
   item.places = roomPoints(item.points);
+  for (const each of item.uses) each.middles = roomPoints(each.middles);
   item.camera = newCamera(item.low, item.high);
   item.state = { names: true, size: 0.5 };
-  for (const name of Object.keys(item.functions)) item.state[name] = true;
+  for (const { name } of keys(item)) item.state[name] = true;
   let waiting = false;
   item.redraw = () => {
     if (waiting) return;

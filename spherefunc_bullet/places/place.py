@@ -84,6 +84,14 @@ class Place:
             },
         )
 
+    def moved_back(self, to_input: Similarity) -> Place:
+        """Return the place in the frame from which `moved` took it, where z is up: headings count about that axis."""
+        turn = to_input.heading(0.0)
+        names = ("heading_deg", "spill_heading_deg")
+        known = {name: heading for name in names if (heading := getattr(self, name)) is not None}
+        headings = {name: (heading - turn) % 360 for name, heading in known.items()}
+        return replace(self.moved(to_input.inverse()), **headings)
+
     def as_json(self) -> dict[str, Any]:
         """Return the JSON entry of a place, without fields that are None or empty."""
         row = {part.name: getattr(self, part.name) for part in fields(self)}

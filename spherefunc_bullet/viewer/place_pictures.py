@@ -15,7 +15,8 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
 from ..formats.files import write_text
-from ..places.place import SHOWN, Place
+from ..places.place import SHOWN, Place, Similarity
+from ..places.words import HEAD, lengths_in, place_columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -113,16 +114,16 @@ def person_points(limbs: list[Limb], step: float) -> np.ndarray:
 
 MOST_POINTS = 6000
 DRAWN = 0.25  # least score of a place that is drawn
-POSES = 20  # number of poses that are drawn of a place
 BEAD = 0.01  # of the object's largest extent: radius of the spheres that lines are made of
-COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
+COLOURS = {"sit": "#d62728", "put": "#2ca02c", "pour": "#1f77b4"}  # red, green, blue
 BODY = "0.45"  # the grey of a person
 FAILED = "0.35"  # the grey of a place that did not hold when it was used
-WORDS = {"sit": "a place to sit", "put": "to put something", "pour": "to pour", FAILED: "did not hold when it was used"}
+WORDS = {"sit": "a place to sit", "put": "a place to put something", "pour": "a place to pour"}
+WORDS[FAILED] = "did not hold when it was used"
 EXPLAINED = (
     "Pale: the object. Drawn with small spheres, coloured by height: the outline of each place, a person "
     "{person:g} m tall who sits there, a stream that is poured; single spheres are poses in which the object can be "
-    "put down. Drag to turn, scroll to zoom."
+    "put down. Drag to turn, scroll to zoom. In tables are {lengths}; positions are those of the file."
 )
 
 
@@ -137,8 +138,11 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], per
     figure = Figure(figsize=(5 * columns, 5 * rows), dpi=100)
     for number, (name, points, places) in enumerate(shown):
         axes = figure.add_subplot(rows, columns, number + 1, projection="3d", computed_zorder=False)
-        draw_object(axes, name, points, places, person)
-        for place in sorted((one for one in places if one.score >= DRAWN), key=did_not_hold, reverse=True):
+        drawn = [one for one in places if one.score >= DRAWN]
+        count = sum(place.score >= SHOWN for place in places)
+        title = f"{name}, {len(drawn)} of {count} places" if len(drawn) < count else name
+        draw_object(axes, title, points, places, person)
+        for place in sorted(drawn, key=did_not_hold, reverse=True):
             draw_place(axes, place, person)
     figure.subplots_adjust(left=0, right=1, bottom=0.08 / rows, top=1 - 0.08 / rows, wspace=0)
     add_legend(figure, [place for _, _, places in shown for place in places if place.score >= DRAWN], person)
@@ -195,8 +199,23 @@ def draw_place(axes: Axes3D, place: Place, person: float):
         axes.add_collection3d(Poly3DCollection(faces, **look, zorder=5))
     elif place.kind == "pour":
         axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
-    for pose in place.poses[:POSES]:
-        axes.scatter(*pose[:3, 3], c=colour, s=12, marker="x", zorder=4)
+    axes.scatter(*put_down(place).T, c=colour, s=12, marker="x", zorder=4)
+
+
+def heading_unknown(place: Place) -> bool:
+    """Return whether too little was seen of a seat to say which way one faces there; on a stool it is any."""
+    return place.inferred and place.heading_deg is None
+
+
+def put_down(place: Place) -> np.ndarray:
+    """Return the middle of the base of the object that is put down, in each pose of a place, (K, 3).
+
+    Poses are of the object's frame, whose origin may be far from it; in the first, the base is at the position.
+    """
+    if not place.poses:
+        return np.empty((0, 3))
+    base = place.poses[0][:3, :3].T @ (place.position - place.poses[0][:3, 3])
+    return np.array([pose[:3, :3] @ base + pose[:3, 3] for pose in place.poses])
 
 
 def stream_of(place: Place) -> np.ndarray:
@@ -204,8 +223,10 @@ def stream_of(place: Place) -> np.ndarray:
     return np.array([place.position + [0, 0, 3 * (place.depth or 0.05) / 2], [*place.position[:2], place.height]])
 
 
-def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path, person: float = TALL):
-    """Write an interactive page of objects and their places, which are in the frames of the clouds, metres.
+def write_places_page(
+    shown: Sequence[tuple[Cloud, Similarity, Sequence[Place]]], path: Path, person: float = TALL, unit: str = "m"
+):
+    """Write an interactive page of objects: clouds, transformations to the input's frame, and places in that.
 
     Outlines, persons and streams are made of small spheres, each kind of place in a panel of its own. Places of
     functions that an object does not have are left out.
@@ -213,11 +234,11 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
     from .page import display_page
     from .still import pictured
 
-    parts = [f"<p>{EXPLAINED.format(person=person)}</p>"]
-    for cloud, places in shown:
+    parts = [f"<p>{EXPLAINED.format(person=person, lengths=lengths_in(unit))}</p>"]
+    for cloud, to_input, places in shown:
         drawn = [place for place in places if place.score >= SHOWN]
-        panels = [panel_of(cloud, kind, [place for place in drawn if place.kind == kind], person) for kind in COLOURS]
-        some = [panel for panel in panels if len(panel.layers[0].centers)]
+        by_kind = {kind: [place for place in drawn if place.kind == kind] for kind in COLOURS}
+        some = [panel_of(cloud, to_input, *kind, person, unit) for kind in by_kind.items() if kind[1]]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
         parts.append(pictured(cloud, some, some) if some else "<p>No place.</p>")
         if count := len(places) - len(drawn):
@@ -226,29 +247,31 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
     write_text(path, display_page("Places", parts))
 
 
-def panel_of(cloud: Cloud, kind: str, places: Sequence[Place], person: float) -> Panel:
-    """Return the panel for one kind of place."""
+def panel_of(cloud: Cloud, to_input: Similarity, kind: str, places: Sequence[Place], person: float, unit: str) -> Panel:
+    """Return the panel for the places of one kind."""
     from ..learning.reasons.cubes import Cubes
     from .data import Layer, Panel
     from .page import table_html
 
     radius = float(np.clip(BEAD * cloud.size.max(), 0.0005, 0.02))
-    threshold = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf has places with low scores
-    drawn = [one for one in places if one.score >= threshold]
-    lines = [line for place in drawn for line in lines_of(place)]
-    persons = [person_points(seated_person(place, person), 1.3 * radius) for place in drawn if kind == "sit"]
-    poses = [pose[None, :3, 3] for place in drawn for pose in place.poses[:POSES]]
-    beads = np.vstack([*(beads_on(line, radius) for line in lines), *persons, *poses, np.empty((0, 3))])
-    head = ["height / m", "faces", "score", "free above / m", "proof"]
     rows = []
-    for one in drawn:
-        heading = "any" if one.heading_deg is None else f"{one.heading_deg:.0f}°"
-        clearance = "open" if one.clearance is None else f"{one.clearance:.2f}"
-        rows.append([f"{one.height:.3f}", heading, f"{one.score:.2f}", clearance, str(one.proven or "")])
+    for one in places:
+        clearance = "open" if one.clearance is None else f"{one.clearance:.2g}"
+        rows.append([*place_columns(one.as_json(), unit)[1:], clearance, str(one.proven or "")])
+    columns = len(rows[0]) - (not any(row[-1] for row in rows))  # without proofs no column of them
+    table = table_html([*HEAD[1:], "free above", "proof"][:columns], [row[:columns] for row in rows], texts=0)
     none = Cubes(side=1.0, corners=np.empty((0, 3)), counts=np.empty(0))
-    note = f"{len(drawn)} of {len(places)} places to {kind}"
-    layer = Layer(radius=radius, centers=beads, cubes=none, note=note, details=table_html(head, rows))
-    return Panel(title=f"places to {kind}", layers=[layer])
+    beads = beads_of([place.moved_back(to_input) for place in places], radius, person)
+    layer = Layer(radius=radius, centers=beads, cubes=none, note="", details=table)
+    return Panel(title=f"places to {kind}: {len(places)}", layers=[layer])
+
+
+def beads_of(places: Sequence[Place], radius: float, person: float = TALL) -> np.ndarray:
+    """Return the middles (N, 3) of spheres of a radius that show places: outlines, persons, streams and poses."""
+    lines = [beads_on(line, radius) for place in places for line in lines_of(place)]
+    seats = [place for place in places if place.kind == "sit" and not heading_unknown(place)]
+    sitters = [person_points(seated_person(place, person), 1.3 * radius) for place in seats]
+    return np.vstack([*lines, *sitters, *(put_down(place) for place in places), np.empty((0, 3))])
 
 
 def lines_of(place: Place) -> list[np.ndarray]:

@@ -21,7 +21,7 @@ from spherefunc_bullet.classification import failed_uses
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.places.finding import places_of, uses_of
-from spherefunc_bullet.places.place import Proof
+from spherefunc_bullet.places.place import IDENTITY, Proof
 from spherefunc_bullet.places.pouring import HOLE, pour_places
 from spherefunc_bullet.places.regions import HeightMap, seat_surface
 from spherefunc_bullet.places.seats import has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
@@ -392,7 +392,7 @@ def test_a_person_is_drawn_as_tall_as_asked(person, tmp_path):
     usual, other = (person_points(seated_person(low, tall), 0.01)[:, 2] for tall in (TALL, person))
     assert (other.max() - 0.25) / (usual.max() - 0.25) == pytest.approx(person / TALL, abs=0.01)
     assert other.min() == pytest.approx(0.0, abs=0.003)
-    write_places_page([(cloud, [place])], tmp_path / "page.html", person)
+    write_places_page([(cloud, IDENTITY, [place])], tmp_path / "page.html", person)
     assert f"a person {person:g} m tall" in (tmp_path / "page.html").read_text()
 
 
@@ -401,11 +401,11 @@ def test_the_page_leaves_out_places_of_functions_that_the_object_does_not_have(t
 
     cloud, page = cloud_from_mesh(*CHAIR), tmp_path / "places.html"
     sit = next(place for place in places_of(cloud, scores=SEAT) if place.kind == "sit")
-    write_places_page([(cloud, [sit, replace(sit, kind="put", score=0.02)])], page)
+    write_places_page([(cloud, IDENTITY, [sit, replace(sit, kind="put", score=0.02)])], page)
     text = page.read_text()
     assert "places to sit" in text and "places to put" not in text
     assert "Not shown: 1 place of functions that the object does not have." in text
-    write_places_page([(cloud, [replace(sit, score=0.0)])], page)
+    write_places_page([(cloud, IDENTITY, [replace(sit, score=0.0)])], page)
     assert "No place." in page.read_text()
 
 
@@ -455,7 +455,7 @@ def test_the_command_prints_what_the_contract_names(tmp_path):
     page = tmp_path / "places.html"
     answer = spherefunc("places", tmp_path / "cup.ply", tmp_path / "bad.ply", "--json", "--page", page)
     assert answer.returncode == 2
-    assert "1 of 1 places to pour" in page.read_text()
+    assert "places to pour: 1" in page.read_text()
     (row,) = json.loads(answer.stdout)
     pour = next(place for place in row["places"] if place["kind"] == "pour")
     assert {

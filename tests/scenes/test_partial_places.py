@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spherefunc_bullet.scenes.commands.places import details
+from spherefunc_bullet.places.words import details
 from spherefunc_bullet.scenes.recognition.partial_places import hollow_places, level_place
 from spherefunc_bullet.scenes.recognition.room import SceneObject
 from spherefunc_bullet.scenes.segmentation.clusters import bounding_box

@@ -151,7 +151,7 @@ def test_a_picture_shows_whole_boxes_where_the_scan_has_points_of_a_part_alone(a
     """A table's box stands on the floor, also where a camera saw the top alone."""
     top = np.random.default_rng(0).uniform([-0.7, -0.4, 0.74], [0.7, 0.4, 0.76], (2000, 3))
     legs = np.array(np.meshgrid([-0.7, 0.7], [-0.4, 0.4], [0.0, 0.75], indexing="ij")).reshape(3, 8).T
-    camera = look_at(*span(top, [BoxMark(corners=legs, colour=(0, 0, 0), text="table")]), azimuth_deg, (800, 600))
+    camera = look_at(*span(top, [legs]), azimuth_deg, (800, 600))
     pixels = camera.project(legs)[:, :2]
     assert ((pixels >= 0) & (pixels <= camera.size)).all()
     alone = look_at(*span(top, []), azimuth_deg, (800, 600)).project(legs)[:, :2]
@@ -168,7 +168,7 @@ def test_points_of_a_surface_close_its_gaps_and_hide_what_is_behind():
     near, far = upright_sheet(-0.5), upright_sheet(0.5)
     red, green = np.tile(np.uint8([255, 0, 0]), (len(near), 1)), np.tile(np.uint8([0, 255, 0]), (len(far), 1))
     camera = look_at(np.array([-0.5, -0.5, 0.0]), np.array([0.5, 0.5, 1.0]), -90.0, (800, 600))
-    image = splatted(camera, np.vstack([near, far]), np.vstack([red, green]), 0.015)
+    image = splatted(camera, np.vstack([near, far]), np.vstack([red, green]), np.full(2 * len(near), 0.015))
     x, y = camera.project(np.array([[-0.3, -0.5, 0.9], [0.3, -0.5, 0.1]]))[:, :2].round().astype(int).T
     assert (image[y[0] : y[1], x[0] : x[1]] == [255, 0, 0]).all()  # though a point is some four pixels from the next
 
