@@ -27,7 +27,7 @@ from .comparison import RADIUS_TRIALS
 from .entries import Comparison
 from .experiment import Experiment, as_toml
 from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
-from .significance import COARSE, Report, enumeration
+from .significance import COARSE, Report, enumeration, unseen
 from .tables import TextTable
 
 IMPAIRED = "impaired.png"  # in the report's folder, where copies were measured
@@ -75,7 +75,7 @@ def comparison_page(
         sentence=recommendation_sentence(chosen),
         recommended=recommendation_table(report, chosen),
         times=enumeration([f"{time} by {name}" for name, time in prices(report).items()]),
-        hidden=widest if widest > COARSE else None,  # differences that do not show, where these are large
+        unseen=unseen(widest) if widest > COARSE else "",  # differences that may be chance, where these are large
         beaten=enumeration([row.function for row in chosen if row.beaten]),
         tables=tables,
         qualities=qualities(report),

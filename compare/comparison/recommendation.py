@@ -106,7 +106,7 @@ def difference_words(row: Difference) -> str:
     """Return a difference in words."""
     if row["verdict"] == UNKNOWN:
         return f"differs by {row['difference']:+.3f} in one trial, too few to tell"
-    return unseen(row) if leaves_open(row) else f"{row['verdict']} ({with_margin(row)})"
+    return unseen(row["margin"]) if leaves_open(row) else f"{row['verdict']} ({with_margin(row)})"
 
 
 def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
@@ -136,7 +136,7 @@ def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> st
     """Return an HTML table of what to use for which function, with all F-measures and the best baseline."""
     backends, rows = report["backends"], []
     for row in chosen:
-        use = row.use.replace("_", " ") + (" (open)" if row.undecided and not row.beaten else "")
+        use = row.use.replace("_", " ") + (" (undecided)" if row.undecided and not row.beaten else "")
         verdict = "undecided" if leaves_open(row.beside) else row.beside["verdict"]
         baseline = f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {verdict})"
         of_backends = [with_spread(backend["functions"][row.function]) for backend in backends.values()]

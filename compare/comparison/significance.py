@@ -119,7 +119,7 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
         parts.append(f"as good at {enumeration(list(equal))} ({within})")
     if open_:
-        signed = enumeration([f"{function} ({unseen(row)})" for function, row in open_.items()])
+        signed = enumeration([f"{function} ({unseen(row['margin'])})" for function, row in open_.items()])
         parts.append(f"not measurably better or worse, with so few objects, at {signed}")
     return f"{name} is {enumeration(parts)}"
 
@@ -129,9 +129,9 @@ def with_margin(row: Difference) -> str:
     return f"{row['difference']:+.3f} ± {row['margin']:.3f}"
 
 
-def unseen(row: Difference) -> str:
-    """Return in words which differences cannot be seen with so few objects and trials."""
-    return f"differences below {row['margin']:.2f} do not show"
+def unseen(margin: float) -> str:
+    """Return in words which differences of F-measures, which are from 0 to 1, may be chance with so few objects."""
+    return f"F-measures may differ by {margin:.2f} by chance" if margin < 1 else "any difference may be chance"
 
 
 def price_words(backend: Report, cheaper: Report) -> str:

@@ -20,7 +20,7 @@ from spherefunc_bullet.compare.comparison.recommendation import (
     recommendation_table,
     recommendations,
 )
-from spherefunc_bullet.compare.comparison.significance import about_labels
+from spherefunc_bullet.compare.comparison.significance import about_labels, unseen
 
 pytestmark = pytest.mark.slow
 
@@ -62,7 +62,7 @@ def test_the_cheapest_stands_unless_another_is_better():
     better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±")
     assert worse.startswith("bullet: slower, worse (-0.102 ±")
-    assert re.fullmatch(r"bullet: slower, differences below 0\.\d\d do not show", level)
+    assert re.fullmatch(r"bullet: slower, F-measures may differ by 0\.\d\d by chance", level)
 
 
 def test_advice_for_one_backend_and_for_one_trial():
@@ -86,9 +86,9 @@ def test_the_sentence_and_the_table_recommend_the_same(baseline, cup):
     chosen = recommendations(found)
     sentence, table = recommendation_sentence(chosen), recommendation_table(found, chosen)
     used = re.search(r">cup</t[dh]><td[^>]*>([^<]*)<", table)[1]
-    assert used in ("fast", "bullet", "height map", "fast (open)")
+    assert used in ("fast", "bullet", "height map", "fast (undecided)")
     assert ("height map" in sentence) == (used == "height map")
-    assert ("too few objects to decide" in sentence) == used.endswith("(open)")
+    assert ("too few objects to decide" in sentence) == used.endswith("(undecided)")
     assert sentence.startswith(f"Use {used} for cup") == (used in ("fast", "bullet"))
 
 
@@ -100,7 +100,11 @@ def test_a_lead_within_chance_is_none():
 
 def test_a_margin_wider_than_anything_said_with_it_is_said_in_words():
     found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=ASTRAY))
-    assert "±" not in about_labels(found) and "do not show" in about_labels(found)
+    assert "±" not in about_labels(found) and "by chance" in about_labels(found)
+
+
+def test_a_margin_wider_than_all_f_measures_is_no_number():
+    assert unseen(0.25) == "F-measures may differ by 0.25 by chance" and "2.87" not in unseen(2.87)
 
 
 def test_the_sentence_on_top_says_where_the_data_do_not_decide():
@@ -193,6 +197,8 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
     assert found["machine"]["processor"] in page and "spherefunc compare experiment.toml" in page
     assert "the paper, its 200 models" in page and "always no" in page
     assert "cup &amp; &lt;b&gt;" in page and "cup & <b>" not in page  # a label of the user's is no markup
+    lead = re.search(r'<p class="lead">(.*?)</p>', page, re.DOTALL)[1]
+    assert len(lead) < 300 and "A thousand such objects take" in lead and found["answer"] not in page
     places = ("a baseline without spheres", "Accuracy against time", "Where they disagree")
     assert sorted(map(page.index, places)) == [page.index(place) for place in places]
     assert 1 <= page.count('<div class="display">') <= 6
