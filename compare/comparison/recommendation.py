@@ -13,15 +13,15 @@ from spherefunc_bullet.viewer.page import table_html
 
 from .significance import (
     BETTER,
-    COARSE,
-    EQUAL,
     UNKNOWN,
     Difference,
     Report,
     beside_cheapest,
     enumeration,
+    leaves_open,
     paired_difference,
     unseen,
+    verdict_word,
     with_margin,
 )
 from .tables import with_spread
@@ -88,11 +88,6 @@ def recommended(
     )
 
 
-def leaves_open(row: Difference) -> bool:
-    """Return whether the true difference may be large."""
-    return row["verdict"] == UNKNOWN or (row["verdict"] == EQUAL and row["margin"] > COARSE)
-
-
 def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
     """Return why a backend is chosen for a function."""
     if not others:
@@ -137,8 +132,7 @@ def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> st
     backends, rows = report["backends"], []
     for row in chosen:
         use = row.use.replace("_", " ") + (" (undecided)" if row.undecided and not row.beaten else "")
-        verdict = "undecided" if leaves_open(row.beside) else row.beside["verdict"]
-        baseline = f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {verdict})"
+        baseline = f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {verdict_word(row.beside)})"
         of_backends = [with_spread(backend["functions"][row.function]) for backend in backends.values()]
         why = without_spheres(row) if row.beaten else row.reason
         rows.append([row.function, use, *of_backends, baseline, why])

@@ -129,6 +129,16 @@ def with_margin(row: Difference) -> str:
     return f"{row['difference']:+.3f} ± {row['margin']:.3f}"
 
 
+def leaves_open(row: Difference) -> bool:
+    """Return whether the true difference may be large."""
+    return row["verdict"] == UNKNOWN or (row["verdict"] == EQUAL and row["margin"] > COARSE)
+
+
+def verdict_word(row: Difference) -> str:
+    """Return a verdict in a word: it is undecided, not equal, where the true difference may be large."""
+    return "undecided" if leaves_open(row) else row["verdict"]
+
+
 def unseen(margin: float) -> str:
     """Return in words which differences of F-measures, which are from 0 to 1, may be chance with so few objects."""
     return f"F-measures may differ by {margin:.2f} by chance" if margin < 1 else "any difference may be chance"

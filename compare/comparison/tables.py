@@ -9,7 +9,7 @@ from spherefunc_bullet.formats.units import format_duration, format_length
 from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.impaired import share_rows
 from ..evaluation.protocol import FAIR, PAPER
-from .significance import Report
+from .significance import Report, verdict_word
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ def label_table(report: Report) -> TextTable:
         for function, row in pair["labels"].items():
             seeds = [number(pair["labels_of_two_seeds"][name][function]) for name in pair["backends"]]
             counts, difference = map(str, row["right_alone"].values()), pair["f_measures"][function]
-            better = [f"{difference['difference']:+.3f}", number(difference["margin"]), difference["verdict"]]
+            better = [f"{difference['difference']:+.3f}", number(difference["margin"]), verdict_word(difference)]
             start = [" / ".join(pair["backends"]), function, number(row["same"])]
             rows.append([*start, " / ".join(seeds), " / ".join(counts), *better])
     head = ["backends", "function", "same label", "two seeds", "right alone", "F second - first", "margin", "second is"]

@@ -20,7 +20,8 @@ from spherefunc_bullet.compare.comparison.recommendation import (
     recommendation_table,
     recommendations,
 )
-from spherefunc_bullet.compare.comparison.significance import about_labels, unseen
+from spherefunc_bullet.compare.comparison.significance import about_labels, unseen, verdict_word
+from spherefunc_bullet.compare.comparison.tables import label_table
 
 pytestmark = pytest.mark.slow
 
@@ -101,6 +102,14 @@ def test_a_lead_within_chance_is_none():
 def test_a_margin_wider_than_anything_said_with_it_is_said_in_words():
     found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=ASTRAY))
     assert "±" not in about_labels(found) and "by chance" in about_labels(found)
+
+
+def test_what_may_differ_is_not_called_equal():
+    wide, narrow = ({"verdict": "equal", "difference": 0.0, "margin": margin} for margin in (0.57, 0.02))
+    assert [verdict_word(each) for each in (wide, narrow)] == ["undecided", "equal"]
+    pair = {"backends": ["fast", "bullet"], "labels": {"cup": {"same": 1.0, "right_alone": {"fast": 0, "bullet": 0}}}}
+    pair |= {"labels_of_two_seeds": {name: {"cup": 1.0} for name in pair["backends"]}, "f_measures": {"cup": wide}}
+    assert label_table({"agreement": [pair]}).rows[0][-1] == "undecided"
 
 
 def test_a_margin_wider_than_all_f_measures_is_no_number():
