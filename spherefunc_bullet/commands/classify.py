@@ -224,7 +224,7 @@ def print_quantities(row: Row, name: str):
     """Print which quantities decided about one function of one object."""
     from ..learning.profiles.words import table_cells
 
-    table = [table_cells(decided) for decided in row["quantities"][name]]
+    table = [table_cells(decided) for decided in row["quantities"][name] if round(decided["share"], 2)]
     title = f"\n{row['shown']}: why {name} {row['functions'][name]['score']:.2f}"
     print_table(title, ["quantity", "spheres", "here", "median learnt", "change without it"], table)
 

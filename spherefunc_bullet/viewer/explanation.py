@@ -50,8 +50,9 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision,
     near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(reading))
     tables, head = "", ["quantity", "spheres", "here", "median of training objects", "change without it"]
     for name, score in scores.items():
-        if decided := [] if falls else deciding_quantities(reading, name, QUANTITIES_SHOWN):
-            table = table_html(head, map(table_cells, decided), texts=2, label=f"What decided, {name}")
+        decided = [] if falls else deciding_quantities(reading, name, QUANTITIES_SHOWN)
+        if rows := [table_cells(row) for row in decided if round(row["share"], 2)]:  # others would be 0.00
+            table = table_html(head, rows, texts=2, label=f"What decided, {name}")
             tables += f"<h3>{escape(name)} {score:.2f}</h3>{table}"
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"

@@ -27,7 +27,7 @@ MOST = 10  # number of poses of an object that are drawn
 INK, GREY, GOOD = (25, 25, 30), (90, 90, 100), (0, 130, 90)
 PAPER = tuple(int(255 * channel) for channel in GROUND_COLOUR)
 STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;color:#1a1a1e}\
-img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
+img{max-width:100%;height:auto}.scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
 td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
 KEPT = (140, 190, 225)  # pale, so that dark words can be read on it and beside it
 CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])

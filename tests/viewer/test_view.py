@@ -203,6 +203,7 @@ def test_a_page_stands_alone(call, tmp_path):
     assert not re.search(r"""(src|href)=["'](?!data:)|https?://|@import""", page)
     assert "settled" in page and "Why: cup" in page and "with walls on every side" in page
     assert "objects and copies that it learnt" in page and "change without it" in page
+    assert not re.search(r">[+-]0\.00<", page)  # quantities that change nothing are left out
 
 
 def test_a_broken_file_and_a_missing_backend_cost_only_themselves(call, tmp_path):
