@@ -28,7 +28,7 @@ INK, GREY, GOOD = (25, 25, 30), (90, 90, 100), (0, 130, 90)
 PAPER = tuple(int(255 * channel) for channel in GROUND_COLOUR)
 STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;color:#1a1a1e}\
 img{max-width:100%;height:auto}.scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
-td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
+td,th{padding:.2rem .8rem;text-align:left;border-bottom:1px solid #ddd}.number{text-align:right}"
 KEPT = (140, 190, 225)  # pale, so that dark words can be read on it and beside it
 CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 NOTHING = "no function"
@@ -154,9 +154,11 @@ def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
         names = list(answers[0].functions) if answers else []
         rows = []
         for answer in answers:
-            cells = [f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}", f"{answer.pose.tilt_deg:.0f}°"]
-            rows.append(cells + [f"{answer.functions[name].score:.2f}" for name in names])
-        parts.append(table_html(["probability", "by statics", "turned by", *names], rows, texts=0))
+            members = [name for name, answer in answer.functions.items() if answer.member]
+            cells = [f"{answer.pose.tilt_deg:.0f}°", f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}"]
+            scores = [f"{answer.functions[name].score:.2f}" for name in names]
+            rows.append([*cells, ", ".join(members) or NOTHING, *scores])
+        parts.append(table_html(["turned by", "probability", "by statics", "for", *names], rows, texts=0))
     return write_text(path, page_html("Poses", parts, style=STYLE))
 
 

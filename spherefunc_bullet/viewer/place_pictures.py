@@ -151,6 +151,7 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], per
 
 def add_legend(figure: Figure, places: Sequence[Place], person: float):
     """Add a legend below the panels with the colours that occur in them."""
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     used = {(FAILED if did_not_hold(place) else place.kind) for place in places}
@@ -158,6 +159,9 @@ def add_legend(figure: Figure, places: Sequence[Place], person: float):
     keys = [Patch(facecolor=COLOURS.get(kind, FAILED), alpha=0.6, label=words) for kind, words in shown.items()]
     if "sit" in used:
         keys.append(Patch(facecolor=BODY, label=f"a person {person:g} m tall who sits there"))
+    if any(place.poses for place in places):
+        cross = {"color": COLOURS["put"], "marker": "x", "markersize": 4, "linestyle": ""}
+        keys.append(Line2D([], [], label="where the object can stand", **cross))
     if keys:
         figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False)
 
@@ -199,7 +203,7 @@ def draw_place(axes: Axes3D, place: Place, person: float):
         axes.add_collection3d(Poly3DCollection(faces, **look, zorder=5))
     elif place.kind == "pour":
         axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
-    axes.scatter(*put_down(place).T, c=colour, s=12, marker="x", zorder=4)
+    axes.scatter(*put_down(place).T, c=colour, s=12, marker="x", depthshade=False, zorder=4)
 
 
 def heading_unknown(place: Place) -> bool:

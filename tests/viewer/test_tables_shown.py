@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import re
 
+import clouds
+import numpy as np
 import pytest
 from browser import document, needs_browser
 
 from spherefunc_bullet.commands.classify import print_quantities
-from spherefunc_bullet.viewer.mechanics_pictures import STYLE
+from spherefunc_bullet.function_model import Membership
+from spherefunc_bullet.learning.any_pose import PoseFunctions
+from spherefunc_bullet.simulator.mechanics import Pose
+from spherefunc_bullet.viewer.mechanics_pictures import STYLE, write_poses_page
 from spherefunc_bullet.viewer.page import page_html, table_html
 
 MEASURE = "document.body.dataset.beyond = document.documentElement.scrollWidth - innerWidth;"
@@ -22,6 +27,21 @@ def test_a_wide_table_of_poses_scrolls_within_a_narrow_window(tmp_path):
     page.write_text(page_html("Poses", [table], style=STYLE, script=MEASURE))
     shown = document(page, tmp_path, lambda shown: "data-beyond" in shown, size=(420, 900))
     assert int(re.search(r'data-beyond="(-?\d+)"', shown)[1]) <= 0
+
+
+def test_the_page_of_poses_says_what_the_object_is_for_in_each(tmp_path):
+    poses = []
+    for tilt, share, score in ((0.0, 0.8, 0.9), (np.pi / 2, 0.2, 0.1)):
+        turn = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
+        answer = {"cup": Membership(member=score > 0.5, score=score, radius=0.01)}
+        poses.append(PoseFunctions(pose=Pose(rotation=turn, probability=share, statics=share), functions=answer))
+    page = write_poses_page([(clouds.mug(), poses)], tmp_path / "poses.html").read_text()
+    table = [re.findall(r"<t[hd][^>]*>([^<]*)<", row) for row in page.split("<tr>")[1:]]
+    assert table == [
+        ["turned by", "probability", "by statics", "for", "cup"],
+        ["0°", "0.800", "0.800", "cup", "0.90"],
+        ["90°", "0.200", "0.200", "no function", "0.10"],
+    ]
 
 
 def test_quantities_that_change_nothing_are_left_out(capsys):
