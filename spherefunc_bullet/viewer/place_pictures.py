@@ -163,7 +163,8 @@ def add_legend(figure: Figure, places: Sequence[Place], person: float):
         cross = {"color": COLOURS["put"], "marker": "x", "markersize": 4, "linestyle": ""}
         keys.append(Line2D([], [], label="where the object can stand", **cross))
     if keys:
-        figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False)
+        abreast = min(len(keys), 2 * len(figure.axes[:3]))  # two below each panel
+        figure.legend(handles=keys, loc="lower center", ncols=abreast, frameon=False, columnspacing=1, fontsize=9)
 
 
 def did_not_hold(place: Place) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import re
 from dataclasses import replace
@@ -11,7 +12,7 @@ import clouds
 import numpy as np
 import pytest
 from browser import draw, needs_browser
-from PIL import ImageColor
+from PIL import Image, ImageColor
 
 from spherefunc_bullet.places.place import Place, Similarity
 from spherefunc_bullet.places.words import place_columns
@@ -20,7 +21,7 @@ from spherefunc_bullet.scenes.report.files import room_page
 from spherefunc_bullet.scenes.report.picture import room_picture
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan
-from spherefunc_bullet.viewer.place_pictures import COLOURS, put_down, write_places_page
+from spherefunc_bullet.viewer.place_pictures import COLOURS, places_picture, put_down, write_places_page
 
 SQUARE = np.array([[-0.2, -0.2, 0.5], [0.2, -0.2, 0.5], [0.2, 0.2, 0.5], [-0.2, 0.2, 0.5]])
 SHARED = {"position": np.array([0.0, 0.0, 0.5]), "region": (SQUARE,), "area": 0.16, "height": 0.5, "score": 0.9}
@@ -118,6 +119,13 @@ def test_the_page_of_an_object_says_what_the_console_says(tmp_path):
         assert all(f">{cell}<" in page for cell in place_columns(place.as_json(), "cm")[1:])
     assert place_columns(replace(SEAT, heading_deg=359.7).as_json())[3] == "0°"
     assert "45 poses" in page and ">proof<" not in page
+
+
+def test_the_legend_of_one_object_fits_its_picture():
+    places = [SEAT, replace(TOP, poses=(np.eye(4),)), VESSEL]
+    picture = Image.open(io.BytesIO(places_picture([("all of it", clouds.plate().points, places)])))
+    key = np.asarray(picture.convert("L"))[-90:]
+    assert (key < 200).sum() > 500 and (key[:, :4] > 250).all() and (key[:, -4:] > 250).all()
 
 
 def test_every_pose_is_drawn_where_the_object_stands():
