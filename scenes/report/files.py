@@ -19,6 +19,7 @@ from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 from ..recognition.proposals import CLUSTERS, POOLS
 from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
+from ..segmentation.segmentation import WALL
 from .picture import best_azimuth, function_colour, point_colours
 from .room_places import BEAD, Used, places_html, uses_of
 
@@ -63,6 +64,8 @@ def room_data(scan: Scan, room: Room, used: Used) -> dict[str, object]:
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     shown = np.flatnonzero(((points > low - 0.5) & (points < high + 0.5)).all(axis=1))
     shown = shown[:: -(-len(shown) // MAX_POINTS)]
+    is_wall = (room.labels[shown] == WALL) & (room.labels[shown] >= 0).any()  # of a scan without objects, all is shown
+    shown = shown[np.argsort(is_wall, kind="stable")]
     names = room.function_names
     bead = BEAD * float((high - low).max())
     area = np.prod(np.sort(high - low)[1:])
@@ -80,6 +83,8 @@ def room_data(scan: Scan, room: Room, used: Used) -> dict[str, object]:
         "name": scan.name,
         "points": quantised(points[shown]),
         "colours": packed(point_colours(scan, room, points)[shown].ravel(), np.uint8),
+        "walls": int(is_wall.sum()),  # number of points of walls and ceiling, the last ones
+        "middle": rounded(np.median(points[shown], axis=0)),
         "radius": float(np.clip(2.0 * np.sqrt(area / len(shown)), 0.002, 0.02)),
         "low": rounded(low),
         "high": rounded(high),

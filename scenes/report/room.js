@@ -5,15 +5,16 @@ const EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [
 const redrawAll = () => rooms.forEach((item) => item.redraw());
 const rooms = [];
 
-// Points as squares of a size in metres, without light: a scan brings its own.
+// Points as squares of a size in metres, without light: a scan brings its own. Those beyond an upright plane are hidden.
 SHADERS.specks = [
-  `uniform mat4 view, projection; uniform float radius;
+  `uniform mat4 view, projection; uniform float radius; uniform vec3 plane;
   in vec2 corner; in vec3 center; in vec3 colour;
   out vec3 tint;
   void main() {
     vec4 middle = view * vec4(center, 1.0);
     tint = colour;
-    gl_Position = projection * (middle + vec4(corner * radius, 0.0, 0.0));
+    bool hidden = dot(plane.xy, center.xy) > plane.z;
+    gl_Position = hidden ? vec4(0.0, 0.0, 2.0, 1.0) : projection * (middle + vec4(corner * radius, 0.0, 0.0));
   }`,
   "in vec3 tint; out vec4 pixel; void main() { pixel = vec4(tint, 1.0); }",
 ];
@@ -56,8 +57,12 @@ function roomParts(item) {
   if (item.parts && item.parts.generation === artist.generation) return item.parts;
   const half = (THICK / 2) * Math.max(...item.high.map((each, i) => each - item.low[i]));
   const colours = Float32Array.from(unpackedBytes(item.colours, Uint8Array), (each) => each / 255);
-  const attributes = { corner: [SQUARE, 2], center: [item.places, 3, true], colour: [colours, 3, true] };
-  item.parts = { generation: artist.generation, specks: uploaded("specks", attributes), functions: [] };
+  const specks = (...range) => {
+    const [center, colour] = [item.places, colours].map((each) => [each.subarray(...range), 3, true]);
+    return { drawable: uploaded("specks", { corner: [SQUARE, 2], center, colour }), count: center[0].length / 3 };
+  };
+  const others = item.places.length - 3 * item.walls;
+  item.parts = { generation: artist.generation, specks: specks(0, others), walls: specks(others), functions: [] };
   item.parts.uses = item.uses.map(({ name, tint, middles }) => {
     const colours = Float32Array.from({ length: middles.length }, (_, i) => tint[i % 3]);
     return { name, count: middles.length / 3, drawable: ballsOf(middles, colours) };
@@ -125,11 +130,15 @@ function drawRoom(item) {
   const [width, height] = [canvas.clientWidth * scale, canvas.clientHeight * scale].map(Math.round);
   if (!width || !height) return;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-  const { view, projection } = look(item.camera, width / height);
+  const { view, projection, toward } = look(item.camera, width / height);
   const parts = roomParts(item);
   const settings = { view, projection };
   begin(width, height);
-  drawBalls(parts.specks, { ...settings, radius: item.radius * item.state.size }, item.places.length / 3);
+  const radius = item.radius * item.state.size;
+  const [x, y] = toward; // walls on the side of the eye would hide the room
+  const front = [x, y, x * item.middle[0] + y * item.middle[1]];
+  drawBalls(parts.specks.drawable, { ...settings, radius, plane: [0, 0, 1] }, parts.specks.count);
+  drawBalls(parts.walls.drawable, { ...settings, radius, plane: front }, parts.walls.count);
   for (const part of parts.functions) if (item.state[part.name]) drawBars(part, settings);
   for (const { name, count, drawable } of parts.uses)
     if (item.state[name]) drawBalls(drawable, { ...settings, radius: item.bead, opacity: 1 }, count);

@@ -21,6 +21,7 @@ from spherefunc_bullet.scenes.report.files import room_page
 from spherefunc_bullet.scenes.report.picture import room_picture
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan
+from spherefunc_bullet.scenes.segmentation.segmentation import WALL
 from spherefunc_bullet.viewer.place_pictures import COLOURS, places_picture, put_down, write_places_page
 
 SQUARE = np.array([[-0.2, -0.2, 0.5], [0.2, -0.2, 0.5], [0.2, 0.2, 0.5], [-0.2, 0.2, 0.5]])
@@ -106,6 +107,28 @@ def test_a_browser_draws_the_places_of_a_room(tmp_path):
     drawn = draw(page, tmp_path, shows_red)
     assert not drawn.console, drawn.console
     assert shows_red(drawn.pixels)
+
+
+@needs_browser
+@pytest.mark.slow
+def test_walls_before_the_room_do_not_hide_it_on_the_page(tmp_path):
+    """Of four black walls around a green block, those on the side of the eye are left out."""
+    across, up = (grid.ravel() for grid in np.meshgrid(np.arange(-1, 1, 0.01), np.arange(0, 3, 0.01)))
+    side = np.ones_like(across)
+    walls = [np.column_stack([*pair, up]) for one in (side, -side) for pair in ((across, one), (one, across))]
+    block = np.random.default_rng(0).uniform(-0.4, 0.4, (60_000, 3)) + [0, 0, 0.4]
+    points, count = np.vstack([block, *walls]), 4 * len(across)
+    labels = np.append(np.zeros(len(block), np.int32), np.full(count, WALL, np.int32))
+    colours = np.where((labels == WALL)[:, None], [0, 0, 0], [0, 255, 0]).astype(np.uint8)
+    room = replace(floor_with_a_top()[1], labels=labels)
+    (tmp_path / "room.html").write_text(room_page(Scan(name="room", points=points, colors=colours), room))
+
+    def shows_green(pixels: np.ndarray) -> bool:
+        return ((pixels[..., 1] > 200) & (pixels[..., 0] < 50)).sum() > 10_000
+
+    drawn = draw(tmp_path / "room.html", tmp_path, shows_green)
+    assert not drawn.console, drawn.console
+    assert shows_green(drawn.pixels)
 
 
 def test_the_page_of_an_object_says_what_the_console_says(tmp_path):
