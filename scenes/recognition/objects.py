@@ -68,7 +68,7 @@ def find_objects(
     backend: str | None = None,
     settings: Segmentation | None = None,
     intrinsics: str | Path | Intrinsics | ArrayLike | None = None,
-    color: str | Path | None = None,
+    color: str | Path | ArrayLike | None = None,
     depth_scale: float | None = None,
     inferred: bool = False,
 ) -> list[FoundObject]:
@@ -88,7 +88,7 @@ def find_objects(
     settings : Segmentation, optional
     intrinsics : path, Intrinsics, Open3D's PinholeCameraIntrinsic, or (3, 3) or (9,) array_like in pixels, optional
         The camera of a depth image, which ``scan`` then is: a path (PNG, TIFF, NPY), or an array (H, W).
-    color : path, optional
+    color : path or (H, W, 3) uint8 array_like, optional
         The colour image of a depth image.
     depth_scale : float, optional
         Depth values per metre, for depth images of integers; by default 1000.
@@ -133,12 +133,14 @@ def scan_or_image(
     anything: Anything,
     units: str,
     intrinsics: str | Path | Intrinsics | ArrayLike | None = None,
-    color: str | Path | None = None,
+    color: str | Path | ArrayLike | None = None,
     depth_scale: float | None = None,
 ) -> Scan:
     """Return a scan, also that of a depth image; see `find_objects`."""
     if not is_depth_image(anything, intrinsics):
         return as_scan(anything, units)
+    if units != "auto":
+        raise InputError(f"units={units!r}: expected with points or a mesh, got a depth image; see depth_scale=")
     given = (anything, intrinsics, color)
     image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
     return load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
@@ -251,8 +253,9 @@ def find_places(
     found = places_of(cloud, put=put_cloud, scores=known, person=person)
     if prover is not None:
         found = proven(cloud, found, prover, settings, put_cloud, seed)
-    moved = [place.moved(to_input) for place in found]
-    return moved if own_frame is None else [with_poses_of(place, own_frame) for place in moved]
+    if own_frame is not None:
+        found = [with_poses_of(place, own_frame) for place in found]
+    return [place.moved(to_input) for place in found]
 
 
 def places_in_scan(

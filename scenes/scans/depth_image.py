@@ -27,7 +27,7 @@ def load_depth_image(
     image: Path | np.ndarray,
     *,
     intrinsics: Path | Intrinsics | ArrayLike | None = None,
-    color: Path | None = None,
+    color: Path | ArrayLike | None = None,
     depth_scale: float | None = None,
     report: Report | None = None,
 ) -> Scan:
@@ -39,7 +39,7 @@ def load_depth_image(
         PNG, TIFF or NPY. Whole numbers are divided by ``depth_scale``; others are metres. 0 and NaN are unseen.
     intrinsics : Path, Intrinsics, Open3D's PinholeCameraIntrinsic, or (3, 3) or (9,) array_like in pixels, optional
         The camera; without it a first-generation Kinect's is assumed, and that is reported.
-    color : Path, optional
+    color : Path or (H, W, 3) uint8 array_like, optional
         An image of the same size, registered to the depth.
     depth_scale : float, optional
         Steps to the metre, of whole numbers; by default 1000 for millimetres, as Open3D's.
@@ -156,15 +156,21 @@ def require_depth(depth: ArrayLike, name: str) -> np.ndarray:
     return depth
 
 
-def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
+def read_color(color: Path | ArrayLike, depth: np.ndarray) -> np.ndarray:
     """Return the colours (H * W, 3) uint8 of an image that is registered to a depth image (H, W)."""
     from PIL import Image
 
-    require_file(path)
-    with explaining(f"{path.name}: expected a colour image, could not read it; is it damaged?", *_DAMAGE):
-        with Image.open(path) as image:
-            colors = np.asarray(image.convert("RGB"))
-    require_same_size(path.name, (colors.shape[1], colors.shape[0]), depth, "a colour image")
+    if isinstance(color, Path):
+        require_file(color)
+        with explaining(f"{color.name}: expected a colour image, could not read it; is it damaged?", *_DAMAGE):
+            with Image.open(color) as image:
+                colors = np.asarray(image.convert("RGB"))
+    else:
+        colors = np.asarray(color)
+        if colors.ndim != 3 or colors.shape[2] != 3 or colors.dtype != np.uint8:
+            raise InputError(f"color: expected a path or (H, W, 3) uint8, got {colors.shape} {colors.dtype}")
+    name = color.name if isinstance(color, Path) else "color"
+    require_same_size(name, (colors.shape[1], colors.shape[0]), depth, "a colour image")
     return colors.reshape(-1, 3)
 
 

@@ -236,6 +236,17 @@ def test_poses_keep_off_edges_and_off_what_stands_there():
     assert (np.abs(on_table[:, :2]).max(axis=1) >= 0.14).all()
 
 
+@pytest.mark.parametrize("scale", [1.0, 1000.0])
+def test_poses_are_in_the_unit_of_what_something_is_put_on(scale):
+    cup = trimesh.Trimesh(*CUP).apply_translation([0.3, -0.2, 0.0])  # off the origin of its file, which is in metres
+    table = trimesh.Trimesh(TABLE[0] * scale, TABLE[1])
+    (place, *_) = sf.find_places(table, put=cup, units="m" if scale == 1 else "mm")
+    own = np.append(scale * cup.bounds.mean(axis=0), 1)
+    stood = np.array([pose @ own for pose in place.poses])[:, :3] / scale
+    assert len(stood) > 3 and np.allclose(stood[:, 2], 0.73 + 0.05, atol=0.003)
+    assert (np.abs(stood[:, :2]) <= [0.6 - 0.04, 0.4 - 0.04]).all()
+
+
 @pytest.mark.parametrize("walls, ways", [("lr", (90, 270)), ("blr", (270,)), ("bflr", ())])
 def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
     """30 cm below a top of 60 x 30 cm; what is higher does not stand there; the way in is where there is no wall."""

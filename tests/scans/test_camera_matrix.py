@@ -6,9 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.commands.scene import read_scan
+from spherefunc_bullet.scenes.recognition.objects import scan_or_image
 
 K = [[260.0, 0, 150.0], [0, 250.0, 130.0], [0, 0, 1]]
 
@@ -32,3 +34,23 @@ def test_a_file_that_is_no_camera_is_told_both_formats(image, tmp_path):
     (tmp_path / "camera.txt").write_text("focal length 500")
     with pytest.raises(InputError, match=r"^camera.txt: expected a camera's JSON, .* 3 x 3 numbers, found 3 words"):
         read_scan(image, "auto", tmp_path / "camera.txt", None, None)
+
+
+def test_colours_are_a_file_or_an_array(tmp_path):
+    depth, colors = np.ones((240, 320)), np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
+    Image.fromarray(colors).save(tmp_path / "color.png")
+    scans = [scan_or_image(depth, "auto", K, color) for color in (colors, tmp_path / "color.png")]
+    assert np.array_equal(scans[0].colors, colors.reshape(-1, 3)) and np.array_equal(scans[1].colors, scans[0].colors)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ({"units": "mm"}, "units='mm': expected with points or a mesh, got a depth image"),
+        ({"color": np.zeros((240, 320))}, r"color: expected a path or \(H, W, 3\) uint8, got \(240, 320\) float64"),
+        ({"color": np.zeros((24, 32, 3), np.uint8)}, "color: expected a colour image of 320 x 240 as the depth"),
+    ],
+)
+def test_what_an_image_cannot_take_is_refused(given, line):
+    with pytest.raises(InputError, match=f"^{line}"):
+        scan_or_image(np.ones((240, 320)), given.get("units", "auto"), K, given.get("color"))
