@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from cloud_files import USD_ENDINGS, require_reader
+from cloud_files import require_reader
 from fuzzing import HERE, KINDS, MEMORY, SECONDS, damaged, fuzz, good, load
 
 from spherefunc_bullet.formats.sources import READERS
@@ -23,9 +23,8 @@ def test_files_that_are_whole_load_and_damage_repeats(kind, tmp_path):
 
 
 def test_damage_is_refused_or_loads_within_its_limits():
-    # Another process reads each of USD, which takes a quarter of a second.
-    found = list(fuzz([(kind, 0, 4 if kind in USD_ENDINGS else 25, math.inf) for kind in HERE]))
+    found = list(fuzz([(kind, 0, 25, math.inf) for kind in HERE]))
     assert [each["kind"] for each in found] == list(HERE)
     for each in found:
         assert set(each["found"]) <= {"refused", "loaded"}, each
-        assert each["found"]["refused"] > 1 and each["slowest"][0] < SECONDS and each["peak"] < MEMORY, each
+        assert each["found"]["refused"] > 3 and each["slowest"][0] < SECONDS and each["peak"] < MEMORY, each

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 from cloud_files import mesh_bytes, mug
+from read_files import extent
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.scenes import usd
 from spherefunc_bullet.formats.sources import as_source, read_geometry
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
@@ -233,3 +237,14 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path):
     assert "a NurbsPatch, /" in refusal(path)
     path.write_text(box_as_usd().replace("faceVertexIndices = [", "faceVertexIndices = [99, "))
     assert "faces of other points" in refusal(path)
+
+
+def test_a_program_that_has_ended_is_started_again_and_one_serves_all(tmp_path):
+    (tmp_path / "box.usda").write_text(box_as_usd())
+    before = extent(tmp_path / "box.usda")
+    reader = usd._reader(os.getpid())
+    reader.kill()
+    reader.wait()
+    with ThreadPoolExecutor(3) as threads:
+        assert list(threads.map(extent, [tmp_path / "box.usda"] * 6)) == [before] * 6
+    assert usd._reader(os.getpid()) is not reader and usd._reader.cache_info().misses == 1

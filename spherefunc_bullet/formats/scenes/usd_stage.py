@@ -1,24 +1,28 @@
-"""A program that reads a USD stage and writes what is in it, in a process of its own: damaged files can crash usd-core.
+"""A program that reads USD stages, each in a process of its own: damaged files can crash usd-core.
 
-``python usd_stage.py FILE [--names | --colliders]`` writes a NumPy archive to stdout, with ``about`` (JSON) and the
-visible meshes as one: ``points`` (N, 3) in the stage's units and frame, the ``counts`` (P,) of corners of its polygons,
-and all their ``corners`` (C,). Clouds of points are only written if there is nothing else. With ``--colliders`` it
-writes what collides, seen or not, and ``about`` says how large each mesh is and what it says to its engine; with
-``--names`` it writes the names of the files alone. It imports nothing of this package, so that it starts quickly.
+It takes a request a line on stdin, JSON: the ``path`` of a stage, ``out``, and ``names`` or ``colliders``, true or
+false. A process that is forked for it, since loading usd-core takes half a second, writes a NumPy archive to ``out``,
+with ``about`` (JSON) and the visible meshes as one: ``points`` (N, 3) in the stage's units and frame, the ``counts``
+(P,) of corners of its polygons, and all their ``corners`` (C,). Clouds of points are only written if there is nothing
+else. With ``colliders`` it writes what collides, seen or not, and ``about`` says how large each mesh is and what it
+says to its engine; with ``names`` it writes the names of the files alone. Where it cannot, it writes why to ``out``.
+The answer is a line on stdout: how that process ended, 0 with an archive. It imports nothing of this package.
 """
 
 from __future__ import annotations
 
-import io
 import json
+import os
+import resource
+import signal
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
 MOST_BYTES = 4 << 30  # of memory
+MOST_SECONDS = 120
 MOST_PRIMS = 100_000  # a small file can show billions, by references to references
 FIRST = Usd.TimeCode.EarliestTime()  # of an animation
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone", "Cylinder_1", "Capsule_1")
@@ -119,16 +123,12 @@ def bounding_sphere(points: np.ndarray, transform: np.ndarray) -> dict[str, obje
     return {"kind": "sphere", "axis": "Z", "radius": radius, "transform": (place @ transform).T.tolist()}
 
 
-def main(path: str, names_alone: bool, colliders: bool):
+def write_stage(path: str, out: str, names: bool, colliders: bool):
     """Write the archive."""
-    with suppress(ImportError):  # not on Windows
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
     files, missing = layers_of(path)
     about: dict[str, object] = {"files": files, "missing": missing}
     meshes: list[Polygons] = []
-    if not names_alone:
+    if not names:
         stage, cache, solids = Usd.Stage.Open(path), UsdGeom.XformCache(FIRST), []
         if errors := stage.GetCompositionErrors():
             raise ValueError(f"{errors[0].rootSite.path} refers to what is not there or of another format")
@@ -162,14 +162,31 @@ def main(path: str, names_alone: bool, colliders: bool):
             ]
         ),
     }
-    np.savez(archive := io.BytesIO(), about=np.array(json.dumps(about)), **written)
-    sys.stdout.buffer.write(archive.getvalue())
+    with open(out, "wb") as archive:
+        np.savez(archive, about=np.array(json.dumps(about)), **written)
+
+
+def answered(request: dict) -> int:
+    """Do what a request asks for, in a process that ends then; return 0, or 1 if it wrote why it cannot."""
+    os.dup2(2, 1)  # what usd-core prints is no answer
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+    signal.alarm(MOST_SECONDS)
+    try:
+        write_stage(**request)
+        return 0
+    except MemoryError:
+        why = f"it takes more than {MOST_BYTES >> 30} GiB of memory"
+    except Exception as error:  # whatever damaged bytes raise is the answer; of usd-core's own, no line is for readers
+        why = str(error) if isinstance(error, ValueError) else "usd-core cannot open it"
+    with open(request["out"], "w", encoding="utf-8") as file:
+        file.write(why)
+    return 1
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1], "--names" in sys.argv, "--colliders" in sys.argv)
-    except MemoryError:
-        sys.exit(f"it takes more than {MOST_BYTES >> 30} GiB of memory")
-    except Exception as error:  # whatever damaged bytes raise is the answer; of usd-core's own, no line is for readers
-        sys.exit(str(error) if isinstance(error, ValueError) else "usd-core cannot open it")
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that asks
+    for line in sys.stdin:
+        if not (child := os.fork()):
+            os._exit(answered(json.loads(line)))
+        sys.stdout.write(f"{os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}\n")
+        sys.stdout.flush()
