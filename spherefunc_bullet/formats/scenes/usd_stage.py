@@ -17,6 +17,7 @@ import resource
 import signal
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
@@ -166,7 +167,7 @@ def write_stage(path: str, out: str, names: bool, colliders: bool):
         np.savez(archive, about=np.array(json.dumps(about)), **written)
 
 
-def answered(request: dict) -> int:
+def answered(request: dict[str, Any]) -> int:
     """Do what a request asks for, in a process that ends then; return 0, or 1 if it wrote why it cannot."""
     os.dup2(2, 1)  # what usd-core prints is no answer
     resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
