@@ -84,12 +84,12 @@ def format_length(metres: float) -> str:
 
     Examples
     --------
-    >>> format_length(0.005), format_length(0.02), format_length(1.5)
-    ('5 mm', '2 cm', '1.5 m')
+    >>> format_length(0.005), format_length(0.02), format_length(1.5), format_length(-0.05)
+    ('5 mm', '2 cm', '1.5 m', '-5 cm')
     """
-    if metres < 0.01:
+    if abs(metres) < 0.01:
         return f"{metres * 1000:g} mm"
-    return f"{metres * 100:g} cm" if metres < 1 else f"{metres:g} m"
+    return f"{metres * 100:g} cm" if abs(metres) < 1 else f"{metres:g} m"
 
 
 def parse_duration(text: str | None) -> float:

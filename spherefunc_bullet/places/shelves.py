@@ -20,6 +20,7 @@ WAYS = 8  # number of directions that are tried
 MOST = 6  # number of shelves above each other
 UNEVEN = 0.005  # metres, root mean square distance of a shelf from its plane: the foot of a round table is a cone
 MOST_CELLS = 4_000_000
+EXACT = 1e-4  # metres: heights are not known better
 
 
 def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: float) -> list[Place]:
@@ -42,7 +43,7 @@ def shelf_places(cloud: Cloud, surface: HeightMap, put: Cloud | None, lowest: fl
         return []
     layers, found = layers_of(cloud, surface), []
     shelves, gaps = np.full((MOST, *surface.heights.shape), -np.inf), np.zeros((MOST, *surface.heights.shape))
-    find_shelves(layers.highest, layers.bottom, layers.side, needed, lowest, shelves, gaps)
+    find_shelves(layers.highest, layers.lowest, needed - EXACT, lowest, shelves, gaps)
     for heights, free in zip(shelves, gaps, strict=True):
         if np.isfinite(heights).sum() * surface.cell**2 < np.pi * least**2:
             break  # the following ones are even smaller
@@ -69,6 +70,7 @@ class Layers:
     """The cells of a surface, divided into layers by height."""
 
     highest: np.ndarray  # (X, Y, Z) height of the highest point in each, metres; -inf if there is none
+    lowest: np.ndarray  # (X, Y, Z) of the lowest point; inf if there is none
     bottom: float  # metres
     side: float  # height of a layer, metres
 
@@ -79,8 +81,9 @@ def layers_of(cloud: Cloud, surface: HeightMap) -> Layers:
     side = max(surface.cell, float(cloud.size[2]) / max(8, most))
     bottom = float(cloud.bounds[0, 2])
     highest = np.full((*surface.heights.shape, int(cloud.size[2] / side) + 1), -np.inf, np.float32)
-    raise_layers(cloud.points, surface.origin, surface.cell, bottom, side, highest)
-    return Layers(highest, bottom, side)
+    lowest = np.full_like(highest, np.inf)
+    fill_layers(cloud.points, surface.origin, surface.cell, bottom, side, highest, lowest)
+    return Layers(highest, lowest, bottom, side)
 
 
 def way_in(layers: Layers, shelf: HeightMap, position: np.ndarray, clearance: float) -> float | None:
@@ -101,26 +104,26 @@ def way_in(layers: Layers, shelf: HeightMap, position: np.ndarray, clearance: fl
 
 
 @njit(cache=True, error_model="numpy")
-def raise_layers(points, origin, cell, bottom, side, highest):
-    """Raise the height of each cell (X, Y, Z) to its highest point."""
+def fill_layers(points, origin, cell, bottom, side, highest, lowest):
+    """Write the heights of the highest and of the lowest point of each cell (X, Y, Z)."""
     for n in range(len(points)):
         i, j = int((points[n, 0] - origin[0]) / cell), int((points[n, 1] - origin[1]) / cell)
         k = min(int((points[n, 2] - bottom) / side), highest.shape[2] - 1)
-        if points[n, 2] > highest[i, j, k]:
-            highest[i, j, k] = points[n, 2]
+        highest[i, j, k] = max(highest[i, j, k], points[n, 2])
+        lowest[i, j, k] = min(lowest[i, j, k], points[n, 2])
 
 
 @njit(cache=True, error_model="numpy")
-def find_shelves(highest, bottom, side, needed, lowest, shelves, gaps):
+def find_shelves(highest, lowest, needed, ground, shelves, gaps):
     """Write the levels below gaps of each column, from the highest down, and the heights of the gaps, (MOST, X, Y)."""
     for i in range(highest.shape[0]):
         for j in range(highest.shape[1]):
-            above, count = -1, 0
+            above, count = np.inf, 0
             for k in range(highest.shape[2] - 1, -1, -1):
                 if highest[i, j, k] == -np.inf:
                     continue
-                gap = bottom + above * side - highest[i, j, k]
-                if above >= 0 and gap >= needed and highest[i, j, k] > lowest and count < len(shelves):
+                gap = above - highest[i, j, k]
+                if above < np.inf and gap >= needed and highest[i, j, k] > ground and count < len(shelves):
                     shelves[count, i, j], gaps[count, i, j] = highest[i, j, k], gap
                     count += 1
-                above = k
+                above = lowest[i, j, k]

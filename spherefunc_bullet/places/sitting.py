@@ -241,18 +241,20 @@ def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, 
     backed = bool(zones[BACK] >= BACKED)
     angle, middle = 360.0 * heading / HEADINGS, surface.middles(cell)
     angle = along_back(surface, middle, level, angle, scale) if backed else angle
+    faces = backed or matters
+    ways = [np.radians(angle)] if faces else 2 * np.pi * np.arange(HEADINGS) / HEADINGS  # from any side: the shortest
     top = seat_top(surface, middle, level, scale)
     return Place(
         kind="sit",
         function=FUNCTION["sit"],
         position=np.array([*middle, top]),
         normal=normal_of(plane),
-        heading_deg=angle if backed or matters else None,
+        heading_deg=angle if faces else None,
         region=rings_of(surface, seat, plane),
         area=float(seat.sum()) * surface.cell**2,
         height=top,
         score=float(min(1.0, scores[heading])),
-        depth=depth_of(surface, seat, middle, np.radians(angle)),
+        depth=min(depth_of(surface, seat, middle, way) for way in ways),
         back=backed,
         arms=bool(zones[ARMS] >= 0.12),
         knees=bool(zones[FRONT] < 0.2 and zones[FEET] > 0.5),

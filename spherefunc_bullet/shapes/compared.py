@@ -44,7 +44,8 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
     ----------
     compared : iterable of (Solid, ShapeRow)
         Shapes measured before. The object's own collision shape and the pieces of other programs are candidates as
-        well, if they were fully measured; a compound is not, which has hundreds of pieces.
+        well, if they were fully measured; a compound, which has hundreds of pieces, only if none of them keeps
+        everything.
     """
     until, tried = time.process_time() + BUDGET, []
 
@@ -61,9 +62,11 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
                 break
         if tried[-1][1].keeps and [len(piece) <= MOST_CORNERS for piece in tried[-1][0].pieces or ()] == [True]:
             break  # nothing is cheaper than one convex piece of few corners
-    for solid, row in compared:
-        if row.measured and solid.pieces is not None and solid.name != "compound":
-            tried.append((solid, with_verdict(row, subject, criteria)))
+    measured = [one for one in compared if one[1].measured and one[0].pieces is not None]
+    judged = [(solid, with_verdict(row, subject, criteria)) for solid, row in measured]
+    tried += [one for one in judged if one[0].name != "compound"]
+    if not any(row.keeps for _, row in tried):
+        tried += [one for one in judged if one[0].name == "compound"]
     solid, row = min(tried, key=costs)
     return (solid, row) if row.measured else (solid, row_of(subject, solid, criteria))
 

@@ -23,7 +23,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.places.finding import places_of, uses_of
 from spherefunc_bullet.places.place import IDENTITY, Proof
 from spherefunc_bullet.places.pouring import HOLE, pour_places
-from spherefunc_bullet.places.regions import HeightMap, seat_surface
+from spherefunc_bullet.places.regions import SEAT_CELL, HeightMap, seat_surface
 from spherefunc_bullet.places.seats import has_no_place_to_sit, is_full_of_spikes, is_nowhere_level
 from spherefunc_bullet.places.sitting import sit_places
 from spherefunc_bullet.scenes.impairment.specimen import spike
@@ -120,6 +120,14 @@ def test_a_stool_is_sat_on_from_all_sides():
     stool = cloud_from_mesh(*boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.03, -0.03, 0, 0.03, 0.03, 0.42)))
     seat = next(place for place in places_of(stool, scores=SEAT) if place.kind == "sit")
     assert seat.heading_deg is None and not seat.back
+
+
+def test_a_seat_is_as_deep_as_its_shorter_side_if_one_sits_facing_any_way():
+    """To within a cell at each end; some of these persons sit along the diagonal, which is longer."""
+    for depth, width in ((0.35, 0.35), (0.35, 0.9)):
+        bench = cloud_from_mesh(*boxes((-depth / 2, -width / 2, 0, depth / 2, width / 2, 0.45)))
+        seats = [place for place in places_of(bench, scores=SEAT) if place.kind == "sit" and place.heading_deg is None]
+        assert seats and all(place.depth == pytest.approx(depth, abs=2 * SEAT_CELL) for place in seats)
 
 
 @pytest.mark.parametrize(
@@ -261,10 +269,20 @@ def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
     under = [place for place in places_of(cupboard) if place.kind == "put" and place.height < 0.5]
     assert len(under) == bool(ways)
     for place in under:
-        assert place.height == pytest.approx(0.4, abs=0.005) and place.clearance == pytest.approx(0.3, abs=0.02)
+        assert place.height == pytest.approx(0.4, abs=0.005) and place.clearance == pytest.approx(0.3, abs=2e-4)
         assert place.heading_deg in ways
     tall = cloud_from_mesh(*boxes((-0.03, -0.03, 0, 0.03, 0.03, 0.35)))
     assert all(place.height > 0.5 for place in places_of(cupboard, put=tall) if place.kind == "put")
+
+
+@pytest.mark.parametrize("free", [0.121, 0.125, 0.198])
+def test_the_free_height_above_a_shelf_does_not_depend_on_how_high_it_is(free):
+    """Boards whose undersides lie at any height in a layer of a centimetre; heights are exact to a tenth of a mm."""
+    bottoms = 0.1 + (0.02 + free) * np.arange(4)
+    rack = boxes(*[(-0.3, -0.15, z, 0.3, 0.15, z + 0.02) for z in bottoms], (-0.3, 0.14, 0, 0.3, 0.15, bottoms[-1]))
+    shelves = [place for place in places_of(cloud_from_mesh(*rack)) if place.clearance is not None]
+    assert sorted(place.height for place in shelves) == pytest.approx(bottoms[:3] + 0.02, abs=1e-3)
+    assert [place.clearance for place in shelves] == pytest.approx([free] * 3, abs=2e-4)
 
 
 def test_the_foot_of_a_round_table_is_no_shelf():

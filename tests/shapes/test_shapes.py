@@ -249,7 +249,12 @@ def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(su
     assert best_shape(subject, STRICT, compared=[(other, replace(cheap, level_kept=0.5))])[0] is not other
     own = replace(solid, name="base_link")  # the collision shape of the object's own file
     assert best_shape(subject, STRICT, compared=[(own, cheap)])[0] is own
-    assert best_shape(subject, STRICT, compared=[(replace(solid, name="compound"), cheap)])[0].name == "staves"
+    compound = replace(solid, name="compound")
+    assert best_shape(subject, STRICT, compared=[(compound, cheap)])[0].name == "staves"
+    lossy = replace(row, level_kept=0.5, keeps=False)
+    with monkeypatch.context() as patched:
+        patched.setattr(compared, "row_of", lambda *_, **__: lossy)
+        assert best_shape(subject, STRICT, compared=[(compound, cheap)])[0] is compound
     untimed = replace(row, step_us=np.nan)  # as of a ball, on which no spheres rest
     assert (
         compared.costs((solid, row))
