@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -80,7 +81,19 @@ def carried_file(
     with blaming(f"{cloud.name}: backend {simulator.name!r}"):
         result = simulator.carry(cloud, settings, seed)
     warn_of_gaps(cloud, result.radius, say)
-    return cloud, result
+    return cloud, result if result.filled else with_water(cloud, result)
+
+
+def with_water(cloud: Cloud, result: CarryResult) -> CarryResult:
+    """Return a result without spheres with a note on the water that the object holds, as a bottle does."""
+    from ..places.pouring import pour_places
+
+    capacity = max((place.capacity_ml or 0.0 for place in pour_places(cloud)), default=0.0)
+    if not capacity:
+        return result
+    spheres = f"no sphere of radius {format_length(round(result.radius, 4))} stays in it"
+    note = f"{spheres}, though it holds {capacity:.0f} ml of water; try another --radius"
+    return replace(result, notes=(note,))
 
 
 def row_of(file: Path, result: CarryResult) -> Row:

@@ -10,6 +10,7 @@ import trimesh
 
 from spherefunc_bullet.bullet.bodies import carrying
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points
+from spherefunc_bullet.commands.carry import carried_file
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
@@ -200,6 +201,17 @@ def test_on_what_nothing_stays_nothing_is_kept(simulator):
     spike = trimesh.creation.cone(0.02, 0.3, sections=24)
     result = simulator.carry(cloud_from_mesh(spike.vertices, spike.faces, "spike"), CarrySettings(radius=0.02), 0)
     assert result.filled == 0 and result.kept == (0.0, 0.0, 0.0) and "nothing stays in it" in result.notes
+
+
+def test_a_bottle_holds_water_though_no_sphere_gets_in(simulator, tmp_path):
+    """A tube 3 cm in radius and 15 cm high, and a neck 8 mm in radius; with its bottom up it holds nothing."""
+    bottle = trimesh.creation.revolve([[0, 0], [0.03, 0], [0.03, 0.15], [0.008, 0.17], [0.008, 0.2]], sections=48)
+    bottle.export(tmp_path / "bottle.ply")
+    sides = [carried_file(tmp_path / "bottle.ply", simulator, CarrySettings(), 0, up, "m") for up in ("z", "-z")]
+    (note,), (other,) = (result.notes for _, result in sides)
+    assert note.startswith("no sphere of radius 1.25 cm stays in it") and other == "nothing stays in it"
+    held = np.pi * (0.03**2 * 0.15 + 0.02 * (0.03**2 + 0.03 * 0.008 + 0.008**2) / 3 + 0.008**2 * 0.03)
+    assert float(note.split("holds ")[1].split(" ml")[0]) == pytest.approx(1e6 * held, rel=0.03)
 
 
 def test_a_cloud_alone_can_be_carried(simulator):
