@@ -79,7 +79,7 @@ def fill_arrow(marker: Any, place: Place, number: int) -> Any:
     from scipy.spatial.transform import Rotation
 
     up = place.normal
-    level = np.eye(3)[np.abs(up).argmin()] if abs(up[0]) > 0.9 else np.eye(3)[0]
+    level = np.eye(3)[0 if abs(up[0]) < 0.9 else 1]  # from which headings count, see `Similarity.heading`
     level = (level - level @ up * up) / np.linalg.norm(level - level @ up * up)
     angle = np.radians(place.heading_deg or 0.0)
     ahead = np.cos(angle) * level + np.sin(angle) * np.cross(up, level)

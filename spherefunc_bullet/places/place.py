@@ -9,6 +9,7 @@ import numpy as np
 
 KINDS = ("sit", "put", "pour")
 SHOWN = 0.05  # least score of a place that is shown; it is lower on an object without the function
+POSE_DIGITS = 12  # decimals of poses for JSON: with 5, an object at UTM coordinates would be put down metres aside
 FUNCTION = {"sit": "sittable", "put": "table", "pour": "cup"}  # the function that a kind of place belongs to
 
 
@@ -60,7 +61,7 @@ class Place:
     levels: tuple[tuple[float, float], ...] = ()  # (millilitres, height of the surface)
     spill_tilt_deg: float | None = None  # filled to nine tenths, it begins to spill when tilted so far
     spill_heading_deg: float | None = None  # towards this side
-    inside: tuple[np.ndarray, ...] = ()  # (3,) lowest and highest corner of the box about what it holds
+    inside: tuple[np.ndarray, ...] = ()  # (3,) opposite corners of the upright box about what it holds, the lower first
     inferred: bool = False  # the surface itself was not seen
     note: str = ""
 
@@ -97,7 +98,8 @@ class Place:
         row = {part.name: getattr(self, part.name) for part in fields(self)}
         always = ("heading_deg", "clearance", "proven")
         empty = {name for name, value in row.items() if value is None or (isinstance(value, str | tuple) and not value)}
-        return {name: plain(value) for name, value in row.items() if name in always or name not in empty}
+        entry = {name: plain(value) for name, value in row.items() if name in always or name not in empty}
+        return entry | {"poses": [pose.round(POSE_DIGITS).tolist() for pose in self.poses]} if self.poses else entry
 
 
 def plain(value: Any) -> Any:

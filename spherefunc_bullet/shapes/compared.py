@@ -13,7 +13,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_cloud, geometry_of
-from ..clouds.orientation import Report, to_metres, to_z_up
+from ..clouds.orientation import Report, promised_up, to_metres, to_z_up
 from ..errors import InputError, one_line, require_amount
 from ..formats.sources import Geometry, joined_meshes
 from ..formats.units import BY_FILE
@@ -226,6 +226,8 @@ def compare_shapes(
     given = collision
     if collision is None and isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION:
         collision = anything
+    if up == BY_FILE and collision is not None and not isinstance(anything, Cloud):
+        report_other_axis(cloud.name, anything, Path(collision), report)
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
     if shapes and not has_vhacd():
         report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
@@ -238,6 +240,13 @@ def compare_shapes(
     pairs = [*rows_of_links(subject, links, kept, report), *candidate_rows(subject, makes, kept, report)]
     solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
+
+
+def report_other_axis(name: str, anything: Anything, collision: Path, report: Report):
+    """Report that an object and its collision geometry have other axes by the standards of their formats."""
+    own, other = promised_up(Path(anything if isinstance(anything, str | Path) else name)), promised_up(collision)
+    if own != other:
+        report(f"{one_line(collision.name)}: taken as {other} up, and {name} as {own} up; if they share axes, set up=")
 
 
 def rows_of_links(

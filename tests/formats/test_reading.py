@@ -61,6 +61,21 @@ def test_dae_says_its_unit_and_which_way_is_up(tmp_path):
     assert np.allclose(np.ptp(read(tmp_path, "box.dae", data).vertices, axis=0), (0.001, 0.003, 0.002), atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "axis, right, up", [("X_UP", (0, -1, 0), (1, 0, 0)), ("Y_UP", (1, 0, 0), (0, 1, 0)), ("Z_UP", (1, 0, 0), (0, 0, 1))]
+)
+def test_dae_is_turned_as_its_standard_says_and_never_mirrored(tmp_path, axis, right, up):
+    """COLLADA names the direction to the right and the one that is up; the third one follows."""
+    require_reader("dae")
+    T_file = np.eye(4)
+    T_file[:3, :3] = np.column_stack([right, np.cross(up, right), up])  # of x, y and z as they come back
+    mesh = trimesh.creation.box(bounds=[[0.1, 0.2, 0.3], [0.2, 0.5, 0.9]]).apply_transform(T_file)
+    data = mesh.export(file_type="dae").replace(b"<up_axis>Y_UP", f"<up_axis>{axis}".encode())
+    found = read(tmp_path, "box.dae", data)
+    assert np.allclose([found.vertices.min(axis=0), found.vertices.max(axis=0)], [[0.1, 0.2, 0.3], [0.2, 0.5, 0.9]])
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).volume == pytest.approx(0.1 * 0.3 * 0.6)
+
+
 def test_3mf_says_its_unit(tmp_path):
     require_reader("3mf")
     data = trimesh.creation.box((100, 200, 300)).export(file_type="3mf")

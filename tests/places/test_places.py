@@ -255,6 +255,19 @@ def test_poses_are_in_the_unit_of_what_something_is_put_on(scale):
     assert (np.abs(stood[:, :2]) <= [0.6 - 0.04, 0.4 - 0.04]).all()
 
 
+def test_poses_in_json_put_down_an_object_that_is_far_from_its_origin():
+    """At UTM coordinates, rotations of five decimals would put it down ten metres beside the table."""
+    turned = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    corners, faces = boxes((-0.05, -0.03, 0, 0.05, 0.03, 0.2))
+    away, table = corners + [500_000, 4_000_000, 100], (TABLE[0] @ turned.T, TABLE[1])
+    places = sf.find_places(table, put=(away, faces), scores={"sittable": 0.0, "table": 1.0})
+    top = next(place for place in places if place.kind == "put")
+    for pose, written in zip(top.poses, top.as_json()["poses"], strict=True):
+        exact, rounded = (np.array(T)[:3, :3] @ away.T + np.array(T)[:3, 3:] for T in (pose, written))
+        assert np.abs(exact - rounded).max() < 1e-4
+        assert rounded[2].min() == pytest.approx(0.73, abs=0.005)  # on the top, some millimetres above it
+
+
 @pytest.mark.parametrize("walls, ways", [("lr", (90, 270)), ("blr", (270,)), ("bflr", ())])
 def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
     """30 cm below a top of 60 x 30 cm; what is higher does not stand there; the way in is where there is no wall."""

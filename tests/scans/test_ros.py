@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.places.place import Place
+from spherefunc_bullet.places.place import Place, Similarity
 from spherefunc_bullet.scenes.recognition.objects import FoundObject
 from spherefunc_bullet.scenes.ros.bag import is_bag, load_bag
 from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_arrow, fill_marker
@@ -458,6 +458,18 @@ def test_an_arrow_points_the_way_that_a_sitter_faces(heading):
     x, _, z = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix().T
     assert np.allclose(x, [np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0]) and np.allclose(z, up)
     assert (marker.type, marker.pose.position.z) == (marker.ARROW, 0.45)
+
+
+def test_an_arrow_follows_a_heading_also_where_x_is_nearly_up():
+    """In the frame of a camera that is mounted on its side, headings count from y."""
+    store, up = get_typestore(Stores.ROS2_HUMBLE), np.array([np.cos(0.1), np.sin(0.1), 0.0])
+    to_scan = Similarity(np.column_stack([[0, 0, 1], np.cross(up, [0, 0, 1]), up]), 1.0, np.zeros(3))
+    known = {"region": (), "area": 0.2, "height": 0.45, "clearance": None, "score": 0.9}
+    seat = Place(kind="sit", function="sittable", position=np.array([1.0, 2.0, 0.45]), heading_deg=30.0, **known)
+    marker = fill_arrow(blank(store, "visualization_msgs/msg/Marker"), seat.moved(to_scan), 0)
+    turn = marker.pose.orientation
+    ahead = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()[:, 0]
+    assert np.allclose(ahead, to_scan.rotation @ [np.cos(np.pi / 6), np.sin(np.pi / 6), 0])
 
 
 @pytest.mark.slow

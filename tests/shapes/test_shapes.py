@@ -632,3 +632,13 @@ def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
         (1, 2, "seats are still classified as seats"),
         (0, 1, "tables still carry at their level"),
     ]
+
+
+@pytest.mark.parametrize("ending, remarked", [("obj", True), ("glb", False)])
+def test_a_collision_shape_of_another_axis_than_its_object_is_remarked_on(tmp_path, ending, remarked):
+    """glTF is y up by its standard and OBJ is taken as z up, though pieces of a glTF are often written as they are."""
+    for name in ("seen.glb", f"pieces.{ending}"):
+        cup().apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0])).export(tmp_path / name)
+    lines = []
+    sf.compare_shapes(tmp_path / "seen.glb", tmp_path / f"pieces.{ending}", shapes=False, report=lines.append)
+    assert any("pieces.obj: taken as z up, and seen.glb as y up" in line for line in lines) == remarked

@@ -12,7 +12,7 @@ from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
 # Rotations to z up: the rows are the axes that become x, y and z.
 _TURNS = {
-    "X_UP": [[0, -1, 0], [0, 0, 1], [1, 0, 0]],
+    "X_UP": [[0, -1, 0], [0, 0, -1], [1, 0, 0]],
     "Y_UP": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
     "Z_UP": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
 }
