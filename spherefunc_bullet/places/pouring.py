@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..clouds.cloud import MAX_GAP, Cloud
-from ..clouds.water import SPILLED_AT, Water, wall_of, waters_of
+from ..clouds.water import SPILLED_AT, Water, first_spill, wall_of, waters_of
 from .place import FUNCTION, Place
 from .regions import HeightMap, rings_of, surface_of
 
@@ -16,6 +16,8 @@ LEAST_STEEP = 0.12  # depth over the width of the opening: the hollow of a seat 
 ABOVE = 0.03  # metres above the brim from which one pours
 MAX_EXTENT = 1.2  # metres: larger objects are not vessels
 HIGHER = 0.2  # of the depth, and at least `LEAST_DEPTH`: walls that are so much higher than the brim have a hole
+UNEVEN = 2  # cells: walls that are less higher than the brim belong to it
+SIDES, TESTED = 24, 4000  # headings that are tried to spill, and cells of water
 HOLE = "the walls are higher all around: water above this brim runs out through a hole"
 
 
@@ -42,7 +44,7 @@ def pour_place(cloud: Cloud, water: Water) -> Place | None:
     least = max(LEAST_DEPTH, LEAST_STEEP * np.sqrt(area), wall_of(cloud))  # walls as thick leave pits between points
     if capacity < LEAST_ML or depth < least:
         return None
-    tilt, heading = water.spill()
+    tilt, heading = spill(cloud, water)
     return Place(
         kind="pour",
         function=FUNCTION["pour"],
@@ -63,6 +65,39 @@ def pour_place(cloud: Cloud, water: Water) -> Place | None:
         ),
         note=HOLE if walled(cloud, middle, water.brim_height + max(LEAST_DEPTH, HIGHER * depth)) else "",
     )
+
+
+def spill(cloud: Cloud, water: Water) -> tuple[float, float]:
+    """Return the smallest tilt at which a vessel filled to nine tenths spills, and its heading, degrees.
+
+    At a tilt it keeps what is below the horizontal plane through the lowest point of its rim, of which some sides may
+    be higher than the brim.
+    """
+    middles, rim = water.middles(), rim_of(cloud, water)
+    some, headings = middles[:: max(1, len(middles) // TESTED)], np.arange(SIDES) * 2 * np.pi / SIDES
+    tilts = np.array([first_spill(some, rim, heading, water.cell / 2) for heading in headings])
+    return float(np.degrees(tilts.min())), float(np.degrees(headings[tilts.argmin()]))
+
+
+def rim_of(cloud: Cloud, water: Water) -> np.ndarray:
+    """Return the edge of the opening of a vessel (K, 3), metres, each cell as high as the wall beside it.
+
+    Where walls are higher all around, water leaves through a hole, and no side is known: all are as high as the brim.
+    """
+    reach = 1 + int(np.ceil(wall_of(cloud) / water.cell))  # in a cloud, water keeps off its walls
+    low = water.opening.min(axis=0) - reach - 1
+    shape = tuple(water.opening.max(axis=0) + reach + 2 - low)
+    walls = np.full(shape, water.brim_height)
+    columns = np.floor((cloud.points[:, :2] - water.origin[:2]) / water.cell).astype(int) - low
+    near = ((columns >= 0) & (columns < shape)).all(axis=1)
+    np.maximum.at(walls, tuple(columns[near].T), cloud.points[near, 2])
+    walls[walls < water.brim_height + UNEVEN * water.cell] = water.brim_height
+    is_open = np.zeros(shape, bool)
+    is_open[tuple((water.opening - low).T)] = True
+    edge = np.argwhere(is_open & ~ndimage.binary_erosion(is_open))
+    heights = ndimage.maximum_filter(walls, 2 * reach + 1)[tuple(edge.T)]
+    heights = heights if heights.min() <= water.brim_height else np.full(len(edge), water.brim_height)
+    return np.column_stack([water.origin[:2] + (edge + low + 0.5) * water.cell, heights])
 
 
 def walled(cloud: Cloud, place: np.ndarray, height: float) -> bool:

@@ -108,6 +108,18 @@ def test_levels_and_spilling_of_a_cylinder():
     assert place.spill_tilt_deg == pytest.approx(np.degrees(np.arctan(0.1 * 0.1 / 0.04)), abs=1.5)
 
 
+@pytest.mark.parametrize("points", [False, True])
+@pytest.mark.parametrize("low", range(4))
+def test_a_vessel_spills_over_its_low_wall(low, points):
+    """Of four walls one is lower by 4 cm: over this one it spills, or where it meets the next."""
+    tops = np.where(np.arange(4) == low, 0.06, 0.1)
+    walls = [(0.046, -0.05, 0, 0.05, 0.05, tops[0]), (-0.05, 0.046, 0, 0.05, 0.05, tops[1])]
+    walls += [(-0.05, -0.05, 0, -0.046, 0.05, tops[2]), (-0.05, -0.05, 0, 0.05, -0.046, tops[3])]
+    cloud = cloud_from_mesh(*boxes((-0.05, -0.05, 0, 0.05, 0.05, 0.004), *walls))
+    (place,) = pour_places(Cloud(cloud.points) if points else cloud)
+    assert abs((place.spill_heading_deg - 90 * low + 180) % 360 - 180) <= 46
+
+
 def test_a_chair_is_sat_on_at_its_seat_away_from_its_back():
     """The back is on the left, so the sitter faces +x."""
     seat = next(place for place in places_of(cloud_from_mesh(*CHAIR), scores=SEAT) if place.kind == "sit")
