@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull, QhullError
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.simulator.mechanics import LEVEL
-from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surface_of
+from spherefunc_bullet.simulator.statics.body import PATCH, moments_of_triangles, surface_of
 
 from .levels import SUNK, crossing
 from .placing import ArrangedObject
@@ -143,16 +143,26 @@ def require_carried(item: ArrangedObject, others: Sequence[ArrangedObject]) -> F
     return feet
 
 
-def tips_by(item: ArrangedObject, feet: Feet) -> float:
-    """Return how far an object's weight acts outside its support polygon, metres; negative inside.
+def tips_by(item: ArrangedObject, feet: Feet, loads: Sequence[ArrangedObject] = ()) -> float:
+    """Return how far the weight of an object, and of loads on it, acts outside its support polygon, metres.
 
     As elsewhere, the weight is distributed evenly over the surface.
     """
-    triangles = surface_of(item.cloud)
-    center = (item.cloud.points.mean(axis=0) if triangles is None else moments_of_triangles(triangles)[1])[:2]
+    weights, centers = zip(*[weight_of(one) for one in (item, *loads)], strict=True)
+    center = np.average(centers, axis=0, weights=weights)
     places = feet.points[feet.carried, :2]
     try:
         polygon = ConvexHull(places)
     except (QhullError, ValueError):  # a point or a line
         return float(np.linalg.norm(places - center, axis=1).min())
     return float((polygon.equations[:, :2] @ center + polygon.equations[:, 2]).max())
+
+
+def weight_of(item: ArrangedObject) -> tuple[float, np.ndarray]:
+    """Return the area of an object's surface, m2, and where its weight acts, (2,) metres."""
+    triangles = surface_of(item.cloud)
+    if triangles is None:
+        points = item.cloud.thinned(PATCH)
+        return PATCH**2 * len(points), points.mean(axis=0)[:2]
+    areas, center, _ = moments_of_triangles(triangles)
+    return float(areas.sum()), center[:2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -232,14 +232,29 @@ def without(placed: Sequence[ArrangedObject], number: int) -> list[ArrangedObjec
 
 def notes_on(placed: Sequence[ArrangedObject], feet: Sequence[Feet]) -> list[str]:
     """Return a sentence for each pair of objects that interpenetrate and each object that would tip."""
-    notes = []
+    notes, stacks = (
+        [],
+        {
+            item.name: (item, feet[k].carriers([other.name for other in without(placed, k)]))
+            for k, item in enumerate(placed)
+        },
+    )
     for k, item in enumerate(placed):
         for other in placed[:k]:
             place = crossing(item, other)
             if place is not None:
                 where = ", ".join(f"{number:.2f}" for number in place)
                 notes.append(f"{item.name} and {other.name} interpenetrate, at {where} m")
-        beyond = tips_by(item, feet[k])
-        if beyond > 0 and feet[k].carriers([other.name for other in without(placed, k)]) != (GROUND,):
+        beyond, loads = tips_by(item, feet[k]), loads_on(item.name, stacks)
+        if beyond > 0 and stacks[item.name][1] != (GROUND,):
             notes.append(f"{item.name} would tip: its weight acts {format_length(round(beyond, 3))} beyond its feet")
+        elif loads and (beyond := tips_by(item, feet[k], [stacks[name][0] for name in loads])) > 0:
+            under = f"would tip under {' and '.join(loads)}: their weight"
+            notes.append(f"{item.name} {under} acts {format_length(round(beyond, 3))} beyond its feet")
     return notes
+
+
+def loads_on(name: str, stacks: Mapping[str, tuple[ArrangedObject, tuple[str, ...]]]) -> list[str]:
+    """Return the names of the objects that an object carries alone, with those that stand on them alone."""
+    direct = [other for other, (_, carriers) in stacks.items() if carriers == (name,)]
+    return [load for other in direct for load in (other, *loads_on(other, stacks))]

@@ -137,12 +137,14 @@ def scan_or_image(
     depth_scale: float | None = None,
 ) -> Scan:
     """Return a scan, also that of a depth image; see `find_objects`."""
-    if not is_depth_image(anything, intrinsics):
+    is_image = is_depth_image(anything, intrinsics)
+    if units not in ("m", "auto") and (is_image or isinstance(anything, Scan)):
+        raise InputError(f"units={units!r}: expected with points or a mesh, got a depth image or a Scan, in metres")
+    if not is_image:
         return as_scan(anything, units)
-    if units != "auto":
-        raise InputError(f"units={units!r}: expected with points or a mesh, got a depth image; see depth_scale=")
-    given = (anything, intrinsics, color)
-    image, camera, colors = (Path(one).expanduser() if isinstance(one, str) else one for one in given)
+    image, camera, colors = (
+        Path(one).expanduser() if isinstance(one, str) else one for one in (anything, intrinsics, color)
+    )
     return load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
 
 
@@ -185,9 +187,6 @@ def found_object(item: SceneObject, room: Room, scan: Scan, find: Callable[[], S
         reasons=(*room.reasons(item), *doubts),
         find=find,
     )
-
-
-PROVER = "bullet"
 
 
 def find_places(
@@ -246,7 +245,7 @@ def find_places(
         raise InputError("scores=: expected of one object, got scan=True, of several")
     if scan:
         return places_in_scan(anything, put, prove, person, units or "auto", up)
-    prover = require_ability(make_simulator(backend or PROVER), "prove") if prove else None
+    prover = require_ability(make_simulator(backend or "bullet"), "prove") if prove else None
     cloud, to_input = cloud_and_frame(anything, units=units or "m", up=up)
     put_cloud, own_frame = (None, None) if put is None else cloud_and_frame(put)
     known = scores_of(cloud) if scores is None else scores

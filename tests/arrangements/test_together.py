@@ -22,7 +22,7 @@ from spherefunc_bullet.scenes.arrangements.falls import NO_OWNER, drops_over, fa
 from spherefunc_bullet.scenes.arrangements.levels import crossing, level_of
 from spherefunc_bullet.scenes.arrangements.placing import Placement, parse_placed
 from spherefunc_bullet.scenes.arrangements.supports import GROUND, require_carried, tips_by
-from spherefunc_bullet.scenes.arrangements.together import TogetherSettings, put_down
+from spherefunc_bullet.scenes.arrangements.together import TogetherSettings, notes_on, put_down
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 from spherefunc_bullet.viewer.pictures import CameraView
 
@@ -122,6 +122,22 @@ def test_what_stands_over_the_edge_tips(x, beyond):
     placed = box_on_table(x=x, y=0.0)
     feet = require_carried(placed[1], placed[:1])
     assert tips_by(placed[1], feet) == pytest.approx(beyond, abs=0.006)  # samples of the surface are 5 mm apart
+
+
+def test_what_stands_on_an_object_may_tip_it():
+    """A plank whose own weight is above its support, with a box at its end that is not."""
+    plank = cloud_of(trimesh.creation.box((0.4, 0.1, 0.02)), "plank")
+    placed = put_down(
+        [box(0.2, 0.2, 0.2), plank, box(0.1, 0.1, 0.1)], [Placement(), Placement(x=0.08), Placement(x=0.24)]
+    )
+    feet = [require_carried(item, [other for other in placed if other is not item]) for item in placed]
+    areas = np.array([2 * (0.4 * 0.1 + 0.4 * 0.02 + 0.1 * 0.02), 6 * 0.1**2])
+    beyond = areas @ [0.08, 0.24] / areas.sum() - 0.1
+    assert tips_by(placed[1], feet[1]) < 0 and tips_by(placed[1], feet[1], [placed[2]]) == pytest.approx(
+        beyond, abs=0.006
+    )
+    (note,) = notes_on(placed, feet)
+    assert note.startswith("plank would tip under box (2): their weight acts ")
 
 
 @pytest.mark.parametrize(

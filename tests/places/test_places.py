@@ -361,6 +361,18 @@ def test_bullet_proves_what_holds_and_says_why_not():
     assert not fallen.held and fallen.why == "tipped"
 
 
+def test_nobody_sits_on_a_pole():
+    """A person who sinks onto it stays upright, held by what presses into the body with many times its weight."""
+    pytest.importorskip("pybullet")
+    pole = boxes((-0.055, -0.015, 0.45, -0.025, 0.015, 0.75))
+    chair = np.vstack([CHAIR[0], pole[0]]), np.vstack([CHAIR[1], pole[1] + len(CHAIR[0])])
+    use = SitUse(position=np.array([-0.07, 0.0, 0.45]), heading=0.0)
+    bare, (verdict,) = (
+        sf.make_simulator("bullet").prove(cloud_from_mesh(*mesh), [use], ProofSettings()) for mesh in (CHAIR, chair)
+    )
+    assert bare[0].held and not verdict.held and verdict.why == "sharp"
+
+
 def test_nobody_sits_without_a_seat():
     """Without its seat a chair's frame lets a sitter through."""
     pytest.importorskip("pybullet")

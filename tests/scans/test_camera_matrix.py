@@ -52,5 +52,9 @@ def test_colours_are_a_file_or_an_array(tmp_path):
     ],
 )
 def test_what_an_image_cannot_take_is_refused(given, line):
+    whole = scan_or_image(np.ones((240, 320)), "m", K)
+    assert scan_or_image(whole, "m") is whole
+    with pytest.raises(InputError, match="^units='mm': expected with points or a mesh"):
+        scan_or_image(whole, "mm")
     with pytest.raises(InputError, match=f"^{line}"):
         scan_or_image(np.ones((240, 320)), given.get("units", "auto"), K, given.get("color"))

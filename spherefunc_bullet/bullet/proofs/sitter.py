@@ -9,7 +9,7 @@ import numpy as np
 
 from ...simulator.proofs import HELD, ProofResult, ProofSettings, SitUse
 from ..engine import pybullet
-from .stage import Stage, tilt_of
+from .stage import G, Stage, tilt_of
 
 TALL = 1.75  # metres: height of the person in the URDF
 ABOVE = 0.02  # metres above the seat at which the person is released
@@ -21,6 +21,7 @@ PUSHED, CALM = 0.2, 0.2  # seconds: duration of each push on the trunk, and of t
 TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # largest tilt forwards and sideways, and backwards against a back
 BREADTH = 0.08  # metres, the width of a hand: a narrower support is not a seat
 SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres per second
+WEIGHT, WEDGED = 75.0 * G, 4.0  # newtons, of the URDF's person; and weights: what presses harder sticks in the person
 
 
 def sit_down(stage: Stage, use: SitUse, settings: ProofSettings) -> ProofResult:
@@ -49,14 +50,16 @@ def sitting_result(stage: Stage, body: int, use: SitUse, scale: float) -> ProofR
     p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
     speed, _ = p.getBaseVelocity(body, stage.client)
-    spread = spread_of(p.getContactPoints(body, stage.object, **stage.engine))
+    contacts = p.getContactPoints(body, stage.object, **stage.engine)
+    wedged = sum(contact[9] for contact in contacts) > WEDGED * WEIGHT * scale**3
+    breadth = 0.0 if wedged else spread_of(contacts)
     up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
     moved = np.array(place) - CENTER * scale * up - use.position
     ahead = np.array([np.cos(use.heading), np.sin(use.heading)])
     reclined = bool(up[:2] @ ahead < 0 and abs(up[:2] @ ahead) > 0.9 * np.linalg.norm(up[:2]))
     tilt = tilt_of(turned)
     tipped = tilt > (RECLINED_DEG if reclined else TIPPED_DEG)
-    why = why_not(moved, tipped, float(np.linalg.norm(speed)), spread, scale)
+    why = why_not(moved, tipped, float(np.linalg.norm(speed)), breadth, scale)
     return ProofResult(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
 
 
@@ -79,7 +82,7 @@ def hold(stage: Stage, body: int, scale: float):
         )
 
 
-def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale: float) -> str:
+def why_not(moved: np.ndarray, tipped: bool, speed: float, breadth: float, scale: float) -> str:
     """Return why a person does not sit there; `HELD` if the person does."""
     if moved[2] < -SUNK * scale:
         return "sank"
@@ -91,7 +94,7 @@ def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale:
         return "knees hit"
     if speed > STILL:
         return "slid"
-    return "sharp" if spread < BREADTH * scale else HELD
+    return "sharp" if breadth < BREADTH * scale else HELD
 
 
 def spread_of(contacts: Sequence[tuple]) -> float:
