@@ -235,13 +235,11 @@ def sit_place(surface: HeightMap, sittings: SeatScores, row: int, heading: int, 
     """Return the place of one person."""
     cell, level = sittings.cells[row], float(sittings.levels[row])
     zones, scores = sittings.zones[row, heading], sittings.scores[row]
-    matters = scores.min() < 0.6 * scores.max()  # which way a person faces
     seat = seat_cells(surface, cell, level)
-    plane = plane_through(surface, seat)
-    backed = bool(zones[BACK] >= BACKED)
+    plane, backed = plane_through(surface, seat), bool(zones[BACK] >= BACKED)
+    faces = backed or scores.min() < 0.6 * scores.max()  # whether it matters which way a person faces
     angle, middle = 360.0 * heading / HEADINGS, surface.middles(cell)
     angle = along_back(surface, middle, level, angle, scale) if backed else angle
-    faces = backed or matters
     ways = [np.radians(angle)] if faces else 2 * np.pi * np.arange(HEADINGS) / HEADINGS  # from any side: the shortest
     top = seat_top(surface, middle, level, scale)
     return Place(

@@ -43,9 +43,8 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
     Parameters
     ----------
     compared : iterable of (Solid, ShapeRow)
-        Shapes measured before. The object's own collision shape and the pieces of other programs are candidates as
-        well, if they were fully measured; a compound, which has hundreds of pieces, only if none of them keeps
-        everything.
+        Shapes measured before. Those of pieces that were fully measured are candidates as well: a compound, which has
+        hundreds, only if no other keeps everything.
     """
     until, tried = time.process_time() + BUDGET, []
 
@@ -62,8 +61,7 @@ def best_shape(subject: Subject, criteria: KeepCriteria, still: bool = False, co
                 break
         if tried[-1][1].keeps and [len(piece) <= MOST_CORNERS for piece in tried[-1][0].pieces or ()] == [True]:
             break  # nothing is cheaper than one convex piece of few corners
-    measured = [one for one in compared if one[1].measured and one[0].pieces is not None]
-    judged = [(solid, with_verdict(row, subject, criteria)) for solid, row in measured]
+    judged = [(one, with_verdict(row, subject, criteria)) for one, row in compared if row.measured and one.pieces]
     tried += [one for one in judged if one[0].name != "compound"]
     if not any(row.keeps for _, row in tried):
         tried += [one for one in judged if one[0].name == "compound"]
