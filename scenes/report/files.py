@@ -21,7 +21,7 @@ from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
 from ..segmentation.segmentation import WALL
 from .picture import best_azimuth, function_colour, point_colours
-from .room_places import BEAD, Used, places_html, uses_of
+from .room_places import BEAD, Used, drawn_places, places_html
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
 PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
@@ -94,7 +94,7 @@ def room_data(scan: Scan, room: Room, used: Used) -> dict[str, object]:
         "bead": bead,
         "uses": [
             {"name": use.words, "tint": [channel / 255 for channel in use.colour], "middles": quantised(use.beads)}
-            for use in uses_of(room, used, bead)
+            for use in drawn_places(room, used, bead)
         ],
     }
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from ..segmentation.segmentation import WALL
-from .room_places import BEAD, Use, Used, uses_of
+from .room_places import BEAD, DrawnPlaces, Used, drawn_places
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -131,7 +131,7 @@ def room_picture(
     shown = points[~is_wall]
     marks = [*inferred_marks(room), *marks_of(room)]
     whole = [mark.corners for mark in marks]
-    uses = uses_of(room, used or {}, radius := BEAD * float(np.ptp(span(shown, whole), axis=0).max()))
+    uses = drawn_places(room, used or {}, radius := BEAD * float(np.ptp(span(shown, whole), axis=0).max()))
     whole += [use.beads for use in uses]
     low, high = span(shown, whole)
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
@@ -257,7 +257,7 @@ def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[BoxMark]):
         draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor=anchor)
 
 
-def draw_key(image: Image.Image, uses: Sequence[Use]):
+def draw_key(image: Image.Image, uses: Sequence[DrawnPlaces]):
     """Draw what the colours of places mean, in the lower left corner."""
     from PIL import ImageDraw, ImageFont
 

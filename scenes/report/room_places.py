@@ -20,22 +20,22 @@ Used = Mapping[int | None, Sequence[Place]]  # the places of each object by its 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Use:
-    """All places of one kind: where one can sit, put something, or pour."""
+class DrawnPlaces:
+    """All places of one kind, to sit, to put something or to pour, as they are drawn."""
 
     words: str
     colour: tuple[int, int, int]
     beads: np.ndarray  # (N, 3) metres, level frame, middles of the spheres that show the places
 
 
-def uses_of(room: Room, used: Used, radius: float) -> list[Use]:
-    """Return the uses of a room, shown with spheres of a radius, metres."""
+def drawn_places(room: Room, used: Used, radius: float) -> list[DrawnPlaces]:
+    """Return the places of a room, kind by kind, drawn with spheres of a radius, metres."""
     up, shift = room.levelling.T_level_scan[:3, :3].T, room.levelling.T_level_scan[:3, 3]
     to_scan = Similarity(up, 1.0, -up @ shift)
     places = [outlined(place.moved_back(to_scan)) for found in used.values() for place in found]
     above = np.array([0.0, 0.0, radius])  # or the points of the surface would hide half of each sphere
     return [
-        Use(words=WORDS[kind], colour=rgb(colour), beads=beads_of(of_kind, radius) + above)
+        DrawnPlaces(words=WORDS[kind], colour=rgb(colour), beads=beads_of(of_kind, radius) + above)
         for kind, colour in COLOURS.items()
         if (of_kind := [place for place in places if place.kind == kind])
     ]
