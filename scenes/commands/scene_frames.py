@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..fusion.frames import Frames
     from ..fusion.scene_fusion import FusedObject, SceneFusion
     from ..recognition.room import InferredObject, Room
-    from ..report.room_places import Used
+    from ..report.room_places import PlacesByObject
     from ..scans.scan import Scan
 
 
@@ -63,7 +63,7 @@ def scene_of_frames(
     failures.exit()
 
 
-def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, object], used: Used | None):
+def write_files(scan: Scan, room: Room, out: Path, stem: str, about: dict[str, object], used: PlacesByObject | None):
     """Write the files of a room with its JSON and its places, and print their paths."""
     from ..report.files import write_room
 

@@ -21,7 +21,7 @@ from ..recognition.room import InferredObject, Room, SceneObject
 from ..scans.scan import Scan
 from ..segmentation.segmentation import WALL
 from .picture import best_azimuth, function_colour, point_colours
-from .room_places import BEAD, Used, drawn_places, places_html
+from .room_places import BEAD, PlacesByObject, drawn_places, places_html
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
 PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
@@ -32,7 +32,7 @@ WHY_LOW = (
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 
-def room_page(scan: Scan, room: Room, used: Used | None = None) -> str:
+def room_page(scan: Scan, room: Room, used: PlacesByObject | None = None) -> str:
     """Return the interactive page of a room and its places, as one HTML text without other files."""
     style = "\n".join([viewer_file("viewer.css"), viewer_file("room.css", __package__), viewer_file("dark.css")])
     script = "\n".join([*(viewer_file(name) for name in SCRIPTS), viewer_file("room.js", __package__)])
@@ -58,7 +58,7 @@ def lead_html(scan: Scan, room: Room) -> str:
     )
 
 
-def room_data(scan: Scan, room: Room, used: Used) -> dict[str, object]:
+def room_data(scan: Scan, room: Room, used: PlacesByObject) -> dict[str, object]:
     """Return the data of the viewer, for JSON."""
     points = room.levelling.to_level(scan.points)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
@@ -159,7 +159,7 @@ _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function,
 _DIGITS = 12  # after the point of directions and turns: with 6, points at UTM coordinates would be metres off
 
 
-def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, object]:
+def room_json(scan: Scan, room: Room, places: PlacesByObject | None = None) -> dict[str, object]:
     """Return a room for JSON, in metres and in the scan's own frame, or the frame that is named."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
@@ -185,7 +185,7 @@ def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, o
     }
 
 
-def places_json(owner: int | None, places: Used | None) -> dict[str, object]:
+def places_json(owner: int | None, places: PlacesByObject | None) -> dict[str, object]:
     """Return for JSON the places of one object, or of no object; without places no field."""
     return {} if places is None else {"places": [place.as_json() for place in places.get(owner, [])]}
 
@@ -248,7 +248,7 @@ def room_files(folder: Path, stem: str) -> list[Path]:
 
 
 def write_room(
-    scan: Scan, room: Room, folder: Path, stem: str, about: dict[str, object], used: Used | None
+    scan: Scan, room: Room, folder: Path, stem: str, about: dict[str, object], used: PlacesByObject | None
 ) -> list[Path]:
     """Write the files of a room, `room_files`, to a folder, and return their paths; ``about`` is its JSON.
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from ..segmentation.segmentation import WALL
-from .room_places import BEAD, DrawnPlaces, Used, drawn_places
+from .room_places import BEAD, DrawnPlaces, PlacesByObject, drawn_places
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -107,7 +107,7 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
 
 
 def room_picture(
-    scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), used: Used | None = None
+    scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), used: PlacesByObject | None = None
 ) -> Image.Image:
     """Draw a scan, its places and the boxes of its objects with a function, from where most of the objects is seen.
 

@@ -16,7 +16,8 @@ from ..recognition.room import Room
 
 BEAD = 0.003  # of the room's largest extent: radius of the spheres that show places
 LEAST_HOLE = 0.1  # metres, extent of a hole in a region that is drawn
-Used = Mapping[int | None, Sequence[Place]]  # the places of each object by its id, in the scan's frame; None: on none
+# By an object's id, None for what lies on no object; in the scan's frame.
+PlacesByObject = Mapping[int | None, Sequence[Place]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,7 +29,7 @@ class DrawnPlaces:
     beads: np.ndarray  # (N, 3) metres, level frame, middles of the spheres that show the places
 
 
-def drawn_places(room: Room, used: Used, radius: float) -> list[DrawnPlaces]:
+def drawn_places(room: Room, used: PlacesByObject, radius: float) -> list[DrawnPlaces]:
     """Return the places of a room, kind by kind, drawn with spheres of a radius, metres."""
     up, shift = room.levelling.T_level_scan[:3, :3].T, room.levelling.T_level_scan[:3, 3]
     to_scan = Similarity(up, 1.0, -up @ shift)
@@ -53,7 +54,7 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def places_html(used: Used) -> str:
+def places_html(used: PlacesByObject) -> str:
     """Return a table of the places of a room, as on the console; nothing without places."""
     rows = [
         ["" if owner is None else str(owner), *place_columns(place.as_json()), place.note.partition(":")[0]]

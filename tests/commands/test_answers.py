@@ -191,6 +191,7 @@ class CountingMug:
         return clouds.mug().points
 
 
+@pytest.mark.slow
 def test_a_library_is_read_object_by_object():
     mug, labels = CountingMug(), ["cup", "none"] * 3
     model = sf.FunctionClassifier(radii=(0.01,), drops=30).fit([mug] * 6, labels)

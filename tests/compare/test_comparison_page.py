@@ -216,7 +216,7 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
 @needs_browser
 @pytest.mark.parametrize("width", [1280, 800])
 def test_a_browser_opens_it_without_errors(written, tmp_path, width):
-    drawn = draw(written / "report.html", tmp_path, shows_spheres, size=(width, 7000), budget=2500)
+    drawn = draw(written / "report.html", tmp_path, shows_spheres, size=(width, 7000), budget=8000)
     assert not drawn.console, drawn.console
     inked = drawn.pixels[:, -8:].min(axis=-1) < 200
     assert not inked.any(), "something runs out of the window on the right"

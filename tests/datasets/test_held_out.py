@@ -96,6 +96,7 @@ def test_a_seat_slopes_and_a_folded_one_is_flat(specimens):
     assert min(changed(chair, "folded").size[:2]) == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_copies_are_points_on_their_triangles(tmp_path):
     command = ["impair", "household", str(tmp_path), "--copied", "1", "--kinds", "toppled,half_bottom"]
     made = {}

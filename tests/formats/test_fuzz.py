@@ -22,6 +22,7 @@ def test_files_that_are_whole_load_and_damage_repeats(kind, tmp_path):
     assert damaged(kind, 7) == damaged(kind, 7) and len({damaged(kind, number) for number in range(40)}) > 25
 
 
+@pytest.mark.slow
 def test_damage_is_refused_or_loads_within_its_limits():
     found = list(fuzz([(kind, 0, 25, math.inf) for kind in HERE]))
     assert [each["kind"] for each in found] == list(HERE)

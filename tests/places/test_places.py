@@ -239,6 +239,7 @@ def test_points_at_random_on_a_chair_have_a_place_to_sit_also_among_stray_ones(c
         assert not has_no_place_to_sit(cloud) and not is_nowhere_level(cloud)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", ["roof", "slope"])
 def test_points_of_a_bent_seat_are_nowhere_level_over_a_hand(bend):
     bent = Cloud(chair_points(bend))
