@@ -135,7 +135,7 @@ build/others-impaired: build/others $(CATALOGUE)  ## copies of some of these
 SCAN_ROOMS := 182
 JOBS := 1
 # The model before this one, which has learnt 224 other rooms: its trees vote as well.
-EARLIER := 53cd1219:spherefunc_bullet/learning/models/household-scans-fast.npz
+EARLIER := 5b95c01:spherefunc_bullet/learning/models/household-scans-fast.npz
 
 scan-model: setup $(LIKE_HOUSEHOLD) $(DRAWN)  ## the one for scans, which learns proposals in virtual rooms, and whole models
 	@git show $(EARLIER) > build/earlier-scans-fast.npz

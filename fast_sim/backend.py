@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import CheckedSettings, InputError, amount, explai
 from spherefunc_bullet.simulator import DropResult, DropSettings, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
-VERSION = "6"  # of the algorithm; raised when the centres of spheres that become features change
+VERSION = "5"  # of the algorithm; raised when the centres of spheres that become features change
 SHORT = 100  # drops: a shorter run is stored with the cloud, since it may be continued if more drops are needed
 
 

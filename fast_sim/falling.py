@@ -133,23 +133,20 @@ def fall_nearby(points, spheres, nearby, x, y, z, radius):
 
 
 @inline_jit
-def stands_on_floor(points, x, y, radius, step_x, step_y):
-    """Return whether the object has a floor at ground level under a sphere that came to z = 0 by a step, or 0, 0.
+def stands_on_floor(points, x, y, radius):
+    """Return whether the object has a floor at ground level under a sphere that fell to z = 0.
 
-    Models made of single sheets have one. It reaches below the middle of the sphere, and not only behind a sphere that
-    rolled off a body, whose underside is a floor as well; one next to a leg is farther from the foot of the leg.
+    Models made of single sheets have one; a sphere next to a leg is farther from the foot of the leg.
     """
     reach = 0.8 * radius
     first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
-    count, ahead_x, ahead_y = 0, 0.0, 0.0
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + points.nz] - 1, points.start[column] - 1, -1):
                 if points.xyz[i, 2] > 0.1 * radius + points.cell:
                     break
-                dx, dy = points.xyz[i, 0] - x, points.xyz[i, 1] - y
-                if points.xyz[i, 2] <= 0.1 * radius and dx * dx + dy * dy < reach * reach:
-                    count, ahead_x, ahead_y = count + 1, ahead_x + dx, ahead_y + dy
-    aside = ahead_x * ahead_x + ahead_y * ahead_y > (0.4 * reach * count) ** 2
-    return count > 0 and not aside and ahead_x * step_x + ahead_y * step_y >= 0
+                aside = (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2
+                if points.xyz[i, 2] <= 0.1 * radius and aside < reach * reach:
+                    return True
+    return False

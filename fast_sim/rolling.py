@@ -58,16 +58,17 @@ def step(points, spheres, nearby, x, y, z, radius, shape):
     vx, vy, vz = vx / slope, vy / slope, vz / slope
     length = free_path(nearby.spheres, nearby.counts[1], x, y, z, vx, vy, vz, 2 * radius, STRIDE * radius)
     length = free_path(nearby.points, nearby.counts[0], x, y, z, vx, vy, vz, radius - shape.bump, length)
-    lift = shape.bump if touching else 0.0
-    while length >= 0.01 * radius:
-        nx = x + length * vx + lift * normals[0, 0]
-        ny = y + length * vy + lift * normals[0, 1]
-        nz = z + length * vz + lift * normals[0, 2]
-        height, clear = fall_nearby(points, spheres, nearby, nx, ny, nz, radius)
-        if clear:
-            return nx, ny, height, True
-        length *= 0.5  # lifted, it may overlap with what was aside
-    return x, y, z, False
+    if length < 0.01 * radius:
+        return x, y, z, False
+    nx, ny, nz = x + length * vx, y + length * vy, z + length * vz
+    if touching:
+        nx += shape.bump * normals[0, 0]
+        ny += shape.bump * normals[0, 1]
+        nz += shape.bump * normals[0, 2]
+    height, clear = fall_nearby(points, spheres, nearby, nx, ny, nz, radius)
+    if not clear:
+        return x, y, z, False
+    return nx, ny, height, True
 
 
 @inline_jit
@@ -110,20 +111,18 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
 
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
-    lowest, stalled, step_x, step_y = z, 0, 0.0, 0.0
+    lowest, stalled = z, 0
     nearby.place[0] = np.inf  # the neighbourhood is not known yet
     for _ in range(MAX_STEPS):
         if z <= radius:
-            if stands_on_floor(points, x, y, radius, step_x, step_y):
+            if stands_on_floor(points, x, y, radius):
                 return x, y, z, SETTLED, True
             return x, y, z, ROLLED_OFF, False
         if not still_valid(nearby, x, y, z, radius):
             if not is_in_strip(nearby, x, y):
                 return x, y, z, ASTRAY, False
             fill_neighbourhood(points, spheres, nearby, x, y, z, radius)
-        last_x, last_y = x, y
         x, y, z, moved = step(points, spheres, nearby, x, y, z, radius, shape)
-        step_x, step_y = x - last_x, y - last_y
         stalled = stalled + 1 if z > lowest - 0.002 * radius else 0
         lowest = min(lowest, z)
         if not moved or stalled >= shape.stalled:

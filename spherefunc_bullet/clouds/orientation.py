@@ -169,7 +169,7 @@ def require_size(points: np.ndarray, name: str, report: Report) -> None:
     """Raise InputError for points (N, 3), metres, of impossible size; report an unlikely size."""
     with np.errstate(over="ignore"):
         extent = float(np.ptp(points, axis=0).max())
-    if not MIN_EXTENT * (1 - 1e-6) <= extent <= MAX_EXTENT:  # float32 rounds 5 mm down
+    if not MIN_EXTENT <= extent <= MAX_EXTENT:
         limits = f"between {_rounded(MIN_EXTENT)} and {_rounded(MAX_EXTENT)}"
         raise InputError(f"{name}: expected an object {limits} wide, got {stray_points(points, extent)}")
     if not ODD_EXTENTS[0] <= extent <= ODD_EXTENTS[1]:

@@ -62,6 +62,20 @@ class Water:
         at = np.interp(volumes, np.append(0, filled[first:]), np.append(heights[first] - self.cell, heights[first:]))
         return tuple((float(volume), float(height)) for volume, height in zip(volumes, at, strict=True))
 
+    def spill(self) -> tuple[float, float]:
+        """Return the smallest tilt at which a vessel filled to nine tenths spills, and its heading, degrees.
+
+        At a tilt it keeps what is below the horizontal plane through the lowest point of its rim.
+        """
+        middles = self.middles()
+        water = middles[:: max(1, len(middles) // 4000)]
+        rim = np.column_stack([self.origin[:2] + (self.opening + 0.5) * self.cell, np.full(len(self.opening), 1.0)])
+        rim[:, 2] = self.brim_height
+        headings = np.arange(24) * 2 * np.pi / 24
+        tilts = np.array([first_spill(water, rim, heading, self.cell / 2) for heading in headings])
+        first = int(tilts.argmin())
+        return float(np.degrees(tilts[first])), float(np.degrees(headings[first]))
+
 
 def first_spill(water: np.ndarray, rim: np.ndarray, heading: float, reach: float) -> float:
     """Return the tilt in radians from which on less than nine tenths are below the rim, by bisection."""

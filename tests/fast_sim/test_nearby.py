@@ -62,18 +62,13 @@ def test_what_touches_a_point_is_near_one():
     assert 0.1 < np.mean(said) < 0.9
 
 
-def test_a_floor_is_points_near_the_ground_below_the_sphere_and_not_only_behind_it():
-    """Within a tenth of its radius above the ground and 0.8 of it aside; on average at most 0.32 aside, and ahead."""
-    cloud, _, grid, _ = surroundings(20_000, 0, None)
-    low, asked, expected = cloud[cloud[:, 2] <= 0.1 * RADIUS], [], []
-    for place, (step_x, step_y) in zip(places(400), np.random.default_rng(2).normal(size=(400, 2)), strict=True):
-        offsets = low[:, :2] - place[:2]
-        offsets = offsets[np.linalg.norm(offsets, axis=1) < 0.8 * RADIUS]
-        mean = offsets.mean(axis=0) if len(offsets) else np.array([np.inf, np.inf])
-        for step in ((0.0, 0.0), (step_x, step_y)):
-            asked.append(stands_on_floor(grid, *place[:2], RADIUS, *step))
-            expected.append(bool(np.linalg.norm(mean) <= 0.32 * RADIUS and (not any(step) or mean @ step >= 0)))
-    assert asked == expected and 0.05 < np.mean(asked) < 0.95
+def test_a_floor_is_points_near_the_ground_under_the_sphere():
+    """Within a tenth of its radius above the ground, and 0.8 of it aside."""
+    cloud, _, grid, _ = surroundings(4000, 0, None)
+    low = cloud[cloud[:, 2] <= 0.1 * RADIUS]
+    said = [stands_on_floor(grid, x, y, RADIUS) for x, y, _ in places(400)]
+    aside = np.array([np.linalg.norm(low[:, :2] - place[:2], axis=1).min() for place in places(400)])
+    assert said == (aside < 0.8 * RADIUS).tolist() and 0.1 < np.mean(said) < 0.9
 
 
 def test_where_no_point_is_said_to_be_near_there_is_none():

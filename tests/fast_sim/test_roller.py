@@ -31,12 +31,6 @@ def drop(cloud: Cloud, radius: float, seed: int = 0):
     return make_simulator("fast").drop(cloud, DropSettings(radius=radius), seed)
 
 
-def drop_few(mesh: trimesh.Trimesh, radius: float):
-    """Drop 300 spheres on a closed mesh or a sheet, whose lowest point is at the ground."""
-    cloud = cloud_from_mesh(mesh.vertices, mesh.faces)
-    return make_simulator("fast").drop(cloud, DropSettings(radius=radius, max_drops=300), 0)
-
-
 def enter(spheres, centers):
     """Enter settled spheres into a grid."""
     for center in centers:
@@ -112,8 +106,8 @@ def test_pile_on_a_chair_slopes_up_to_the_back(seed):
     top = [np.flatnonzero(column == k)[np.argmax(z[column == k])] for k in range(column.max() + 1)]
     quarters = np.clip(((y[top] + 0.2) / 0.1).astype(int), 0, 3)
     heights = [z[top][quarters == k].mean() for k in range(4)]
-    # Up to a radius, as rough as the pile is; and by more than a layer: spheres on spheres lie 1.4 radii higher.
-    assert np.all(np.diff(heights) > -radius)
+    assert np.all(np.diff(heights) > 0)
+    # By more than a layer: spheres on spheres lie at least 1.4 radii higher.
     assert heights[-1] - heights[0] > 5 * radius and heights[0] > 0.4
 
 
@@ -196,37 +190,6 @@ def test_floor_on_the_ground_holds_spheres():
     on_floor = result.centers[:, 2] <= 0.0102
     assert on_floor.sum() > 20 and result.settled > 100
     assert np.all(np.abs(result.centers[:, :2]) < [0.08, 0.06])
-
-
-def cone(slope_deg: float, radius: float) -> trimesh.Trimesh:
-    """Return a closed cone that stands on its base."""
-    return trimesh.creation.revolve([(0, 0), (radius, 0), (0, radius * np.tan(np.radians(slope_deg)))], sections=72)
-
-
-@pytest.mark.parametrize("radius", [0.005, 0.01])
-@pytest.mark.parametrize(
-    "mesh", [cone(64, 0.06), cone(45, 0.1), trimesh.creation.icosphere(subdivisions=4, radius=0.06)]
-)
-def test_nothing_stays_on_what_bulges_or_at_its_foot(mesh, radius):
-    """Of spheres that fall beside each other on a cone or a ball, whatever the distance of its points."""
-    assert drop_few(mesh, radius).settled <= 3
-
-
-@pytest.mark.parametrize("radius", [0.005, 0.01])
-def test_nothing_stays_in_a_funnel_with_a_hole(radius):
-    funnel = [(0.03, 0), (0.15, 0.15), (0.15, 0.155), (0.0275, 0.005), (0.0275, 0), (0.03, 0)]
-    assert drop_few(trimesh.creation.revolve(funnel, sections=72), radius).settled == 0
-
-
-@pytest.mark.parametrize("radius", [0.005, 0.01])
-def test_a_sheet_on_the_ground_holds_what_falls_on_it(radius):
-    """And nothing half a radius beside it."""
-    sheet = trimesh.Trimesh(
-        [[-0.15, -0.1, 0], [0.15, -0.1, 0], [0.15, 0.1, 0], [-0.15, 0.1, 0]], [[0, 1, 2], [0, 2, 3]]
-    )
-    result = drop_few(sheet, radius)
-    assert np.all(abs(result.centers[:, :2]) <= [0.15 + radius / 2, 0.1 + radius / 2])
-    assert result.settled > (200 if radius == 0.005 else 100)
 
 
 def test_shifted_cloud_gives_a_like_pile():

@@ -160,19 +160,6 @@ def test_a_chair_that_came_leaning_is_loaded_as_it_stands(simulator):
     assert over_feet.sum() > 10 and result.carries[over_feet].all()
 
 
-def test_faces_that_are_repeated_weigh_once_and_two_sides_of_a_sheet_twice():
-    box = trimesh.creation.box((0.4, 0.3, 0.2))
-    mass = body_of(cloud_from_mesh(box.vertices, box.faces), Material()).mass
-    turned = np.roll(box.faces, 1, axis=1)  # the same triangles from another corner
-    for vertices, faces, factor in (
-        (box.vertices, np.concatenate([box.faces, turned, box.faces[:5]]), 1),
-        (np.concatenate([box.vertices] * 2), np.concatenate([box.faces, turned + len(box.vertices)]), 1),
-        (box.vertices, np.concatenate([box.faces, box.faces[:, ::-1]]), 2),
-    ):
-        body = body_of(cloud_from_mesh(vertices, faces), Material())
-        assert body.mass == pytest.approx(factor * mass) and np.allclose(body.center, [0, 0, 0.1], atol=1e-9)
-
-
 def test_a_leg_that_nothing_depends_on_is_not_sawn():
     feet = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.75, 0.0], [0.5, 0.5]])
     over = np.random.default_rng(0).uniform(0, 1, size=(400, 2))

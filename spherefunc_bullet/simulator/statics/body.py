@@ -79,17 +79,8 @@ def body_of(cloud: Cloud, matter: Material) -> Body:
 
 
 def surface_of(cloud: Cloud) -> np.ndarray | None:
-    """Return the triangles (T, 3, 3) of a cloud's mesh, repeated ones once; None if it has no mesh.
-
-    Two that look opposite ways are the two sides of a sheet.
-    """
-    if cloud.mesh is None:
-        return None
-    triangles = cloud.mesh.vertices[cloud.mesh.faces]
-    corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
-    first = (corners.argmin(axis=1)[:, None] + np.arange(3)) % 3  # the same corner first, in the same order
-    alike = np.take_along_axis(corners, first, axis=1)
-    return triangles[np.sort(np.unique(alike, axis=0, return_index=True)[1])]
+    """Return the triangles (T, 3, 3) of a cloud's mesh; None if it has no mesh."""
+    return None if cloud.mesh is None else cloud.mesh.vertices[cloud.mesh.faces]
 
 
 def moments_of_triangles(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
