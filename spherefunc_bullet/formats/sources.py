@@ -31,6 +31,7 @@ _SIGNATURES = {
     b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY", b"#usda ": "USD or USDA", b"PXR-USDC": "USD or USDC",
     b"version https://git-lfs": LFS,
 }  # fmt: skip
+BAGS = (".bag", ".db3", ".mcap")  # of ROS: scans, which `scenes.ros` reads
 # The module in ``formats`` and its function for each ending; imported when the first such file is read.
 READERS = {
     ".ply": ("ply", "read_ply"),
@@ -233,7 +234,9 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     source = as_source(file)
     if source.kind not in READERS and os.path.exists(source.path) and not os.path.isdir(source.path):
         endings, name = ", ".join(READERS), one_line(source.path)
-        raise InputError(f"{name}: expected one of {endings}, got '{source.path.suffix}'; convert it")
+        suffix = source.path.suffix
+        hint = "of a bag, `spherefunc scene` reads the clouds" if suffix in BAGS else "convert it"
+        raise InputError(f"{name}: expected one of {endings}, got '{suffix}'; {hint}")
     source.data  # noqa: B018 - a missing file is reported before a missing reader
     with refusing(source.path), warnings.catch_warnings():
         warnings.simplefilter("ignore")
